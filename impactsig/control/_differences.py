@@ -8,7 +8,7 @@ import numpy as np
 
 
 def slope(image: Callable[[float], np.ndarray], h: float) -> np.ndarray:
-    """Derivative at 0 of a function of a number: Richardson's, of steps h and h / 2."""
+    """Derivative at 0 of a function of one variable, by Richardson extrapolation."""
 
     def quotient(h: float) -> np.ndarray:
         return (image(h) - image(-h)) / (2 * h)
@@ -17,7 +17,7 @@ def slope(image: Callable[[float], np.ndarray], h: float) -> np.ndarray:
 
 
 def slopes(image: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:
-    """The same of a function of a vector, a column for each of its numbers with its own step."""
+    """The same for a function of a vector, a column for each variable with its own step."""
 
     def along(k: int) -> np.ndarray:
         unit = np.eye(len(steps))[k]

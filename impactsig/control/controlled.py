@@ -1,4 +1,4 @@
-"""A motion under control: a `Motion`, with the force that controls it."""
+"""The motion of a controlled oscillator: a `Motion` with the control force."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 
 class Effort(Protocol):
-    """What controls a motion, in the oscillator's units; instants are turns and phases."""
+    """Protocol of the control force, in the oscillator's units; instants are turns and phases."""
 
     def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Control force."""
 
     def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """Integrals of its square between successive instants, over the phase [rad]."""
+        """Integrals of the squared force between successive instants, over the phase [rad]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlledMotion(Motion):
-    """What an oscillator did under control; whatever takes a `Motion` takes it.
+    """The simulated motion of a controlled oscillator; a `Motion` with the control force.
 
     Attributes
     ----------
@@ -106,6 +106,6 @@ class ControlledMotion(Motion):
 
 
 def under_control(motion: Motion, schedule: Any, effort: Effort) -> ControlledMotion:
-    """The motion with what controlled it."""
+    """Add schedule and control force to a motion."""
     known = {own.name: getattr(motion, own.name) for own in fields(Motion)}
     return ControlledMotion(**known, schedule=schedule, _control=effort)

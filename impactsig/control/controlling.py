@@ -1,4 +1,4 @@
-"""A system and what controls it -> its motion under control."""
+"""`Controlled`: a system with feedback, and its simulation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .stability.impact_map import check_parameter
 
 @dataclass(frozen=True)
 class Controlled:
-    """A system with what controls it: a system again, which `simulate` moves.
+    """A system with feedback control, which is a system again.
 
     Delayed feedback makes the motion of an oscillator one with a delay and with impacts. Steps end
     on the impacts, where the force reaches its limit or comes back from it, and one delay after
@@ -136,12 +136,12 @@ class Controlled:
 
     @property
     def time_unit(self) -> float:
-        """Seconds in the unit of its time."""
+        """Length of the system's unit of time [s]."""
         return self.system.time_unit
 
     @property
     def in_seconds(self) -> bool:
-        """Whether its unit of time is known."""
+        """Whether the length of the unit of time is known."""
         return self.system.in_seconds
 
     @property
@@ -156,19 +156,19 @@ class Controlled:
 
     @property
     def dimension(self) -> int | None:
-        """Displacement and velocity under OGY; None where what is fed back is of the state."""
+        """Number of coordinates under OGY; None where the state includes the delayed signal."""
         phases = schedule(self.controller, self.start, math.inf)
         return 2 if all(isinstance(own, (OGY, type(None))) for _, own in phases) else None
 
     def differentiated_by(self) -> Any:
-        """The module that has its tangent map, its exponents and its orbits."""
+        """Name of the module with its tangent map, exponents and orbits."""
         from .stability import derivatives as _derivatives
 
         return _derivatives
 
     @property
     def moving_on_orbits(self) -> Any:
-        """What moves on its periodic orbits: where feedback is silent, what it controls alone."""
+        """The system on periodic orbits, where the feedback vanishes: the one without control."""
         if self.dimension is not None:
             return self
         if isinstance(self.controller, IntervalFeedback) and self.controller.offset:
@@ -186,7 +186,7 @@ def move(
     method: RungeKutta | None = None,
     chatter: float = CHATTER,
 ) -> ControlledMotion | ControlledFlowMotion:
-    """The motion of an oscillator, or the course of a flow, under control."""
+    """Simulate a controlled oscillator or flow."""
     system, controller, start = controlled.system, controlled.controller, controlled.start
     if isinstance(system, Flow):
         return _flow(system, controller, periods, duration, start, initial, phase, method)
@@ -220,7 +220,7 @@ def move(
 
 
 def section_of(nudging: list[OGY], phase: float | None) -> float:
-    """The phase at which all of them nudge.
+    """The phase of the section that all OGY controllers of a schedule share.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Delayed feedback as data, and when which is on."""
+"""Delayed feedback as data, and its schedule."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OF_FLOW = "the name or number of a coordinate"
 
 @dataclass(frozen=True)
 class DelayedFeedback:
-    """A force that vanishes on orbits of one period, and pushes others towards them.
+    """Delayed feedback: a force that vanishes on orbits of one period and stabilises them.
 
     ``F = gain * (w(t) - y(t))``, with what was seen before, ``w = (1 - memory) y(t - delay) +
     memory w(t - delay)``, and no more than ``limit`` either way [Pyragas1992]_. With a memory it is
@@ -79,7 +79,7 @@ class DelayedFeedback:
 
 
 def check_signal(feedback: DelayedFeedback) -> None:
-    """Refuse to feed back to an oscillator what it does not have.
+    """Refuse to feed back a signal that an oscillator does not have.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Feedback of the intervals between spikes: what a microphone or a load cell gives."""
+"""Feedback of interspike intervals, which a microphone or a load cell can measure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .stability.strength import offset_of
 
 @dataclass(frozen=True)
 class IntervalFeedback:
-    """Moves a parameter at each spike by what the last intervals between spikes tell.
+    """Feedback of interspike intervals: at each spike a parameter is set from the last intervals.
 
     Spikes are the impacts of an oscillator, or the crossings of a level by a coordinate of a flow.
     After the k-th the parameter is moved, until the next one, by
@@ -132,7 +132,7 @@ class IntervalFeedback:
         level: float | None = None,
         strength: float | None = None,
     ) -> IntervalFeedback:
-        """The feedback under which an orbit is come to fastest, as far as it is linear.
+        """The feedback with the fastest convergence to an orbit, by its linearised map.
 
         Gain and memory make the greatest multiplier as small as they can. Three are equally great
         then, two of them the same, so a small difference shrinks as the number of laps times a
@@ -177,7 +177,7 @@ class IntervalFeedback:
         return replace(own, gain=gain, memory=memory)
 
     def nudged(self, system: Any, by: float) -> Any:
-        """The oscillator or the flow with the parameter moved."""
+        """The oscillator or flow with the parameter changed."""
         if isinstance(system, Flow):
             values = list(system.parameters)
             values[int(self.parameter)] += by
@@ -185,7 +185,7 @@ class IntervalFeedback:
         return moved(system, str(self.parameter), by)
 
     def move(self, intervals: list[float], before: float) -> float:
-        """How far to move the parameter besides the offset, the last of these intervals last."""
+        """Change of the parameter, besides the offset, after these intervals (last one last)."""
         needed = 1 if self.target is not None else self.delay + 1
         if len(intervals) < needed:
             return 0.0
@@ -194,13 +194,13 @@ class IntervalFeedback:
         return by if abs(by) <= self.limit else 0.0
 
     def maps(self, orbit: PeriodicOrbit | FlowOrbit) -> tuple[list[SpikeMap], np.ndarray]:
-        """The linearised map of each spike of an orbit, and the interval that it ends with."""
+        """Linearised map of each spike of an orbit, and the interval that it ends with."""
         if isinstance(orbit, FlowOrbit):
             return crossing_maps_of(orbit, self.parameter, self.signal, self.level)
         return impact_maps_of(orbit, self.parameter)
 
     def check(self, intervals: np.ndarray) -> None:
-        """Refuse an orbit of such intervals on which the feedback does not vanish.
+        """Refuse an orbit on whose intervals the feedback does not vanish.
 
         Raises
         ------
@@ -229,7 +229,7 @@ class IntervalFeedback:
         return whole_lap
 
     def _spike(self, linear: SpikeMap) -> np.ndarray:
-        """The same from a spike to the next."""
+        """The same from one spike to the next."""
         d, back = len(linear.shift), 1 if self.target is not None else self.delay + 1
         change = np.zeros(d + back + 1)
         change[d] += self.gain

@@ -1,4 +1,4 @@
-"""The method of Ott, Grebogi and Yorke: a parameter is nudged once in a forcing period."""
+"""OGY control (Ott, Grebogi and Yorke): a parameter is changed once per forcing period."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RETURNS = 1e-6  # relative: an orbit returns to within this
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OGY:
-    """Nudges a parameter so that the motion falls on the stable direction of an unstable orbit.
+    """OGY control: a parameter is changed so that the motion falls on the stable direction.
 
     [OttGrebogiYorke1990]_. Once in a forcing period, at the phase of the orbit's section, the
     state s is compared with the nearest point s_k of the orbit; for the period that follows the
@@ -116,11 +116,11 @@ class OGY:
             object.__setattr__(self, name, value)
 
     def nudged(self, oscillator: Oscillator, by: float) -> Oscillator:
-        """The oscillator with the parameter moved."""
+        """The oscillator with the parameter changed."""
         return moved(oscillator, self.parameter, by)
 
     def check(self, oscillator: Oscillator) -> None:
-        """Refuse an oscillator that the orbit is none of.
+        """Refuse an oscillator that the orbit does not belong to.
 
         Raises
         ------
@@ -146,11 +146,11 @@ class OGY:
         return np.array(motion.final[:2])
 
     def _pushed(self, state: np.ndarray, by: float) -> np.ndarray:
-        """The same under the parameter moved."""
+        """The same with the parameter changed."""
         return self._image(self.nudged(self.orbit.system, by), state)
 
     def _linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points, gains and the multipliers that these make."""
+        """Section points, gains and the multipliers under control."""
         orbit, n = self.orbit, self.orbit.periods
         oscillator = orbit.system
         points, slopes, shifts = [orbit.state], [], []
@@ -197,7 +197,7 @@ class OGY:
 
 
 def moved(oscillator: Oscillator, parameter: str, by: float) -> Oscillator:
-    """An oscillator with a parameter moved: the amplitude of its first force, or the load."""
+    """An oscillator with a changed parameter: the amplitude of its first force, or the load."""
     if parameter == "load":
         return replace(oscillator, load=oscillator.load + by)
     first = oscillator.forces[0]

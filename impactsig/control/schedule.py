@@ -1,4 +1,4 @@
-"""When which control is on."""
+"""Schedules of control."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = (DelayedFeedback, IntervalFeedback, OGY)
 def schedule(
     controller: Controller | Sequence[Phase], start: float | None, length: float
 ) -> tuple[Phase, ...]:
-    """When which control begins: pairs of a start and a controller, None where it is switched off.
+    """Validate a schedule: pairs of a start and a controller, None to switch off.
 
     Raises
     ------

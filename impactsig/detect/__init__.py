@@ -1,4 +1,4 @@
-"""Recording to Impacts: noise floor, threshold with hysteresis, contact time, sound onsets."""
+"""Detection of impacts in recordings of force or sound."""
 
 from .detect import detect_impacts
 

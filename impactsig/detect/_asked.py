@@ -1,4 +1,4 @@
-"""What a user asks of detection, checked."""
+"""Validation of the options of detection."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
 
 
 def parse_threshold(threshold: float | str | None) -> Level:
-    """The level, in the unit or in standard deviations, from what the user gave.
+    """The threshold, in the unit of the record or in standard deviations.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def parse_probability(least: float) -> float:
 
 
 def parse_contact_level(level: float | str) -> tuple[float, bool]:
-    """The level, and whether it is a share of the peak.
+    """The contact level, and whether it is a share of the peak.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def parse_contact_level(level: float | str) -> tuple[float, bool]:
 
 
 def parse_contact_time(span: Any) -> tuple[float, float | None]:
-    """Shortest and longest contact [s], None where the record decides.
+    """Shortest and longest contact [s]; None if the record decides.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def parse_contact_time(span: Any) -> tuple[float, float | None]:
 
 
 def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
-    """Refuse what says nothing of a kind of record; each is a name, a value and its default.
+    """Refuse options that do not apply to a kind of record.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Several sensors of one machine: each searched alone, then one train of them all."""
+"""Several sensors of one machine: detection in each, then one combined train."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def detect_channels(
     options: dict[str, Any],
     path: Any = None,
 ) -> Impacts:
-    """One train of several channels, as `detect_impacts` makes it.
+    """Detect impacts in several channels and combine them into one train.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ _ONCE = "One sensor counted twice would say that it is surer than it is"
 
 
 def _names(found: list[str], channels: Sequence[str | int]) -> list[str]:
-    """What to call each channel; those of one name, chosen by their numbers, by these too."""
+    """Names of the channels; equal names are numbered."""
     if len(set(found)) == len(found):
         return found
     if not all(isinstance(one, int) or str(one).isdecimal() for one in channels):

@@ -1,4 +1,4 @@
-"""Impacts in a force record: load cell, strain gauge, accelerometer.
+"""Impacts in a force record of a load cell, strain gauge or accelerometer.
 
 The record is gone through twice. The first pass surveys it: its range and its steepest stretches,
 from which the direction of the pulses follows. The second goes from second to second
@@ -56,7 +56,7 @@ MOST_SAMPLES = 1e6
 
 
 class Wanted(NamedTuple):
-    """What the user wants of the search."""
+    """Options of the search."""
 
     polarity: float  # 1, -1, or 0 for that of the record
     level: Level
@@ -70,7 +70,7 @@ class Wanted(NamedTuple):
 def detect_force(
     pieces: Callable[[], Iterable[Piece]], rate: float, wanted: Wanted, *, in_memory: bool
 ) -> ForceImpacts | None:
-    """Find and measure the impacts; None if the record is constant or too short.
+    """Detect and measure the impacts; None if the record is constant or too short.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class _Search:
         self.measured = 0
 
     def feed(self, frame: Frame) -> None:
-        """Take the next frame; report what is complete."""
+        """Take the next frame, and report finished spans."""
         if self.total < LEAST_SAMPLES:
             return
         held = np.concatenate((self.held, frame.samples)) if len(self.held) else frame.samples
@@ -257,7 +257,7 @@ class _Search:
     def _measure(
         self, k: int, events: np.ndarray, group: np.ndarray, again: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, int]:
-        """Fill the rows of the events of span k to be measured `again`, each at its width.
+        """Measure the events of span k that are marked `again`, each at its width.
 
         The group bounds the first and the last. The samples that they were measured in are
         returned, and the number of the first.
@@ -286,7 +286,7 @@ class _Search:
 
 
 def _stretches(rows: np.ndarray, marks: np.ndarray) -> list[tuple[float, float, float]]:
-    """Start, end and height of the bursts that consist of the rows that are marked."""
+    """Start, end and height of the bursts of marked rows."""
     crests = rows[marks]
     gaps = np.diff(crests[:, 0])
     apart = np.flatnonzero(gaps > APART * gaps.mean()) + 1 if len(gaps) else np.empty(0, np.intp)

@@ -1,4 +1,4 @@
-"""What the search of a force record finds, put together span by span."""
+"""Collect the results of a force record span by span."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SLOW = 3.0
 
 
 class ForceImpacts(NamedTuple):
-    """What was found in a record; times in samples since its beginning."""
+    """Detected impacts; times in samples since the beginning of the record."""
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
     errors: np.ndarray  # (n, 4): standard errors of the first four
@@ -43,7 +43,7 @@ class ForceImpacts(NamedTuple):
 
 
 class Found:
-    """What has been found so far."""
+    """The results so far."""
 
     def __init__(self, longest: float, scale: float, constant: float) -> None:
         self.longest, self.scale, self.constant = longest, scale, constant
@@ -79,7 +79,7 @@ class Found:
         self.moves |= bool(moved > SLOW * span.sigma) or bool(self.disturbances)
 
     def result(self, sign: float, limit: float) -> ForceImpacts:
-        """All of it; `limit` is the extreme value of the record that pulses point to."""
+        """The final result; `limit` is the extreme value in the direction of the pulses."""
         rows = np.concatenate(self.rows)
         order = np.argsort(rows[:, 0], kind="stable")
         rows = rows[order]

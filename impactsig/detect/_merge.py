@@ -1,4 +1,4 @@
-"""Impacts that belong together made one, or those after a first ignored."""
+"""Merge impacts that belong together, or drop those within a dead time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ Columns = dict[str, np.ndarray]
 
 
 def group_starts(time: np.ndarray, within: float) -> np.ndarray:
-    """Indices of the impacts that open a group: all within `within` of the first belong to it."""
+    """Indices of the first impact of each group, which spans at most `within`."""
     starts = []
     k = 0
     while k < len(time):
@@ -24,7 +24,7 @@ def keep_first(columns: Columns, dead_time: float) -> Columns:
 
 
 def merge(columns: Columns, within: float) -> Columns:
-    """Make one of the impacts at most `within` after the first of them.
+    """Merge impacts at most `within` after the first of them.
 
     The first one's instant and contact time; the greatest peak, and the rise from the first touch
     to it; impulses added; flags joined; how many they were; the probability that one of them is an

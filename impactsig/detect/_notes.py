@@ -1,4 +1,4 @@
-"""What makes a result of the force detector doubtful, in sentences."""
+"""Notes on what makes a force detection doubtful."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ are, from which on (up to which) the sensor is suspected."""
 
 
 def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, ...]:
-    """Sentences, each with the setting that would help.
+    """Notes, each with the setting that would help.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
 
 
 def ringing_note(columns: Columns) -> tuple[str, ...]:
-    """A sentence where most impacts are closely followed by another, all alike; or none."""
+    """A note if most impacts are closely followed by another, all alike; else empty."""
     time, contact, peak = (columns[name] for name in ("time", "contact_time", "peak"))
     delays = np.diff(time)
     close = delays < CLOSE * contact[:-1]
@@ -119,11 +119,11 @@ def ringing_note(columns: Columns) -> tuple[str, ...]:
 
 
 def _spread(values: np.ndarray) -> tuple[float, float]:
-    """Median, and standard deviation over it, which outliers leave alone."""
+    """Median, and robust relative standard deviation."""
     low, median, high = np.quantile(values, (0.16, 0.5, 0.84))
     return float(median), float(0.5 * (high - low) / median)
 
 
 def _durations(found: ForceImpacts, kind: str) -> list[float]:
-    """Of the disturbances of a kind, in samples."""
+    """Durations of the disturbances of a kind, in samples."""
     return [one.duration for one in found.disturbances if one.kind == kind]

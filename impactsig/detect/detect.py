@@ -1,4 +1,4 @@
-"""The detector's front door: one function for load cells and microphones, files and blocks."""
+"""`detect_impacts`: one function for load cells and microphones, files and blocks."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def detect_impacts(
     skip_quiet: bool = True,
     least_probability: float = 0.5,
 ) -> Impacts:
-    """Find every impact of a recording and measure it.
+    """Detect the impacts of a recording and measure each of them.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def detect_opened(
     separate_stops: bool = False,
     **options: Any,
 ) -> Impacts:
-    """As `detect_impacts`, of the channels of a recording that are opened one by one.
+    """As `detect_impacts`, for channels that are opened one by one.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def detect_opened(
 
 
 def _separated(recording: Recording, impacts: Impacts) -> Impacts:
-    """The impacts with their stops, where two sounds are told apart; else with a note why not."""
+    """Assign impacts to two stops if their sounds differ; else add a note why not."""
     from .stops import separate_stops
 
     found = separate_stops(recording, impacts)
@@ -249,7 +249,7 @@ def detect_channel(
     skip_quiet: bool = True,
     least_probability: float = 0.5,
 ) -> Impacts:
-    """The impacts of one channel, as the sensor's detector finds them."""
+    """The impacts of one channel, by the detector for its sensor."""
     choice("polarity", polarity, _SIGNS)
     if sensor is not None:
         choice("sensor", sensor, ("force", "sound"))
@@ -386,7 +386,7 @@ def _find_force(
 
 
 def _counted(disturbances: list[Disturbance]) -> str:
-    """How many of each kind there are."""
+    """Number of disturbances of each kind, in words."""
     kinds = [one.kind for one in disturbances]
     return ", ".join(f"{kinds.count(kind)} {KINDS[kind]}" for kind in dict.fromkeys(kinds))
 

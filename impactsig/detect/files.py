@@ -1,4 +1,4 @@
-"""The impacts of a file: its channels opened as each is described, whole or in blocks."""
+"""Detection in files, whole or in blocks, with the options of each channel."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WHOLE_BELOW = 20_000_000
 
 
 def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, Any]) -> Impacts:
-    """The impacts of a file, with its corrections made; a long one goes through in blocks."""
+    """The impacts of a file with its corrections; long files are read in blocks."""
     from ..io import info
     from .detect import detect_opened
 
@@ -30,7 +30,7 @@ def detect_file(path: Path, reading: Mapping[str, Any], detecting: Mapping[str, 
 
 
 def channel_readings(reading: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """How each channel is read; those of one command differ in `PER_CHANNEL` at most.
+    """Options for reading each channel; they may differ in `PER_CHANNEL` only.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _is_several(value: Any) -> bool:
 
 
 def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
-    """One channel of a file: the recording, or its blocks where it is too long for memory.
+    """One channel of a file: the recording, or its blocks if it is too long for memory.
 
     Raises
     ------

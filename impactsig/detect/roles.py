@@ -1,4 +1,4 @@
-"""What a channel records, by its unit, its name or its look; and which channels show impacts."""
+"""What a channel records, by unit, name or samples; and the choice of channels to search."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _NAMES = (
 
 
 class Role(NamedTuple):
-    """What a channel is taken for, and by what; `steady` samples are no pulses."""
+    """What a channel records, and the evidence; `steady` samples hold no pulses."""
 
     kind: str
     by: str = ""
@@ -54,7 +54,7 @@ class Role(NamedTuple):
 
 
 def role_by_label(name: str, unit: str) -> Role:
-    """What a channel records as far as its name and its unit say.
+    """What a channel records according to its name and unit.
 
     A name that says forcing or trigger goes before the unit: a shaker has a force too.
     """
@@ -69,7 +69,7 @@ def role_by_label(name: str, unit: str) -> Role:
 
 
 def role_by_look(samples: np.ndarray) -> Role:
-    """What the samples of a channel look like of which no label tells.
+    """What a channel records according to its samples.
 
     Contacts push one way and are short: pulses are one-sided, recur, and leave the signal near its
     baseline most of the time. Those of a trigger are alike and flat.
@@ -94,7 +94,7 @@ def role_by_look(samples: np.ndarray) -> Role:
 
 
 class Searched(NamedTuple):
-    """Which channels are searched for impacts; `doubt` says what else they may be, or why none."""
+    """Channels that are searched for impacts, with a reservation or the reason for none."""
 
     channels: list[int]
     doubt: str

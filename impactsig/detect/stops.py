@@ -1,4 +1,4 @@
-"""Which of two stops was hit, by what it sounded like.
+"""Assignment of impacts to two stops by their sound.
 
 The sound of each impact is seen by its power in sixths of an octave, as the logarithm, noise
 apart, and less its mean over the bands: what is left does not depend on how hard the stop was hit.
@@ -36,7 +36,7 @@ BEGINNINGS, ROUNDS = 8, 200
 
 @dataclass(frozen=True, eq=False)
 class StopSeparation(Shown):
-    """Impacts separated by their sound.
+    """Impacts assigned to two stops by their sound.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class StopSeparation(Shown):
 def separate_stops(
     recording: Recording, impacts: Impacts, channel: str | int | None = None
 ) -> StopSeparation:
-    """Tell the impacts of two stops apart in the record of one microphone.
+    """Assign impacts to two stops by their sound in one microphone.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _unknown(impacts: Impacts) -> Impacts:
 
 
 def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
-    """Logarithms of the power in each band, less their mean, shape (impacts, bands)."""
+    """Log power in each band minus its mean, shape (impacts, bands)."""
     x, rate = np.asarray(recording.samples, float), recording.rate
     count = max(int(LONGEST * rate), 8)
     size = 1 << math.ceil(math.log2(2 * count))
@@ -183,7 +183,7 @@ def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
 
 
 def _two_clusters(places: np.ndarray) -> tuple[np.ndarray, float]:
-    """Probability of either cluster, shape (n, 2), and how far apart they are."""
+    """Probability of either cluster, shape (n, 2), and their separation."""
     rng = np.random.default_rng(0)
     best, found = -math.inf, (np.full((len(places), 2), 0.5), 0.0)
     for _ in range(BEGINNINGS):
@@ -202,7 +202,7 @@ def _two_clusters(places: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _round(places: np.ndarray, share: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Expectation after maximisation: log likelihood, shares, and distance of the centres."""
+    """One round of expectation maximisation: log likelihood, shares, separation."""
     count, size = places.shape
     weight = share.sum(axis=0) + 1e-9
     centre = (share.T @ places) / weight[:, None]

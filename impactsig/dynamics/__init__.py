@@ -1,1 +1,1 @@
-"""What an oscillator does in the long run: exponents, sections, orbits, diagrams, equivalence."""
+"""Long-term dynamics: exponents, sections, periodic orbits, diagrams, equivalent contacts."""

@@ -1,4 +1,4 @@
-"""Arguments that several studies of the dynamics share."""
+"""Arguments shared by several studies of the dynamics."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def parameter_values(name: str, given: Any) -> np.ndarray:
 
 
 def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:
-    """What a function calls its first parameters, such as ``gamma`` of ``lambda gamma: ...``."""
+    """Names of a function's first parameters, such as ``gamma`` of ``lambda gamma: ...``."""
     try:
         names = list(inspect.signature(scene).parameters)[:count]
     except (TypeError, ValueError):
@@ -40,7 +40,7 @@ def parameter_names(scene: Callable[..., Any], count: int) -> tuple[str, ...]:
 
 
 def made_of_arrays(scene: Callable[..., Any], *values: np.ndarray) -> OscillatorBatch | None:
-    """What a scene makes of arrays of its parameters; None if it takes numbers only.
+    """The batch that a scene makes of arrays; None if it takes numbers only.
 
     A scene of numbers refuses arrays in its own way, so whatever it raises means that.
     """
@@ -53,7 +53,7 @@ def made_of_arrays(scene: Callable[..., Any], *values: np.ndarray) -> Oscillator
 
 
 def recurring(name: str, oscillator: Any) -> Oscillator:
-    """An oscillator with a forcing period, after which alone a motion can be periodic.
+    """Require an oscillator with a forcing period.
 
     Raises
     ------

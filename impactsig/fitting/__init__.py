@@ -1,4 +1,4 @@
-"""From experiment to model: the oscillator that a measured train of impacts comes from."""
+"""Fit of an impact oscillator to a measured train of impacts."""
 
 from .fit import fit_oscillator
 from .machine import MachineFit

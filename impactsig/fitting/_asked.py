@@ -1,4 +1,4 @@
-"""What is asked of a fit: which parameters, what is known, what was measured."""
+"""Arguments of a fit: free and known parameters, bounds, strengths."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOCKED = 25.0
 
 
 def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
-    """Those named, in the order that they are sought in."""
+    """Validate the free parameters; returns them in the order of the search."""
     names = (free,) if isinstance(free, str) else tuple(free)
     if not names or len(set(names)) < len(names) or not set(names) <= set(PARAMETERS):
         raise InvalidInput("free", free, f"some of {', '.join(PARAMETERS)}, each once")
@@ -36,7 +36,7 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
 def known_parameters(
     names: tuple[str, ...], natural_frequency: float | None, scene: Oscillator | None
 ) -> dict[str, float]:
-    """Parameters that stay as they are; the natural frequency always."""
+    """Parameters that are fixed; the natural frequency always has a value."""
     known: dict[str, float] = {}
     if scene is not None:
         if not isinstance(scene, Oscillator):
@@ -63,7 +63,7 @@ def limits_of(
     known: dict[str, float],
     bounds: Mapping[str, tuple[float, float]] | None,
 ) -> dict[str, tuple[float, float]]:
-    """The box of each free parameter."""
+    """Bounds of each free parameter."""
     about = known["natural_frequency"]
     limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
     if "natural_frequency" in limits:
@@ -85,7 +85,7 @@ def limits_of(
 
 
 def strengths_used(impacts: Impacts, strengths: Any) -> str | None:
-    """Which of what was measured stands for the strength."""
+    """Name of the measured quantity that is used as strength."""
     kinds = ("impulse", "peak", "approach_velocity")
     if strengths is None:
         return None
@@ -99,7 +99,7 @@ def strengths_used(impacts: Impacts, strengths: Any) -> str | None:
 
 
 def strengths_of(impacts: Impacts, used: str) -> np.ndarray:
-    """The strengths, where they can tell something."""
+    """The strengths, if they vary enough to be informative."""
     strength: np.ndarray = getattr(impacts, used)
     if not np.ptp(strength) > ALIKE * np.abs(strength).mean() or strength.mean() <= 0:
         raise InvalidInput(
@@ -131,7 +131,7 @@ def observed(impacts: Any, forcing_period: float, fewest: int) -> tuple[Impacts,
 
 
 def refined(impacts: Impacts, frequency: float) -> float:
-    """The frequency within 0.2 % at which the phases gather most, where they do."""
+    """Frequency within 0.2 % at which the phases concentrate most, if they do."""
     from scipy.optimize import minimize_scalar
 
     time = impacts.time - impacts.time[0]
@@ -151,7 +151,7 @@ def refined(impacts: Impacts, frequency: float) -> float:
 
 
 def refuse_periodic(impacts: Impacts, frequency: float) -> None:
-    """Say that a periodic train cannot tell."""
+    """Refuse a periodic train, which cannot determine the parameters."""
     period = identify_period(impacts, 1 / frequency)
     if period.recurs:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Where to begin: what three successive impacts ask of the oscillator.
+"""Initial guess: the equation of motion over three successive impacts.
 
 Between impacts the flow is known, so its velocities at both ends follow from the instants of two
 impacts alone, both being at the stop. With p the forced response, y = 1 - p, and the free motion
@@ -28,7 +28,7 @@ TURN = 2 * np.pi
 
 
 class Values(NamedTuple):
-    """An impact oscillator in units of its gap and of 1 / omega_n, or arrays of several."""
+    """Parameters in units of the gap and of 1 / omega_n, or arrays of several."""
 
     restitution: Any
     damping: Any
@@ -38,7 +38,7 @@ class Values(NamedTuple):
 
 
 class Courses(NamedTuple):
-    """Successive impacts, each the mean over alike words."""
+    """Sequences of successive impacts, each a mean over similar words."""
 
     instant: np.ndarray  # in periods from the mean phase, shape (groups, length + 1)
     strength: np.ndarray | None  # by the mean of all, same shape
@@ -64,7 +64,7 @@ def courses(train: Train, partition: Partition, fewest: int = FEWEST) -> Courses
 
 
 def _alike(steps: np.ndarray, phase: np.ndarray, fewest: int) -> list[np.ndarray]:
-    """Parts whose first phases are close."""
+    """Groups whose first phases are close."""
     if len(steps) < fewest:
         return []
     if phase.std() < ALIKE or len(steps) < 2 * fewest:
@@ -74,7 +74,7 @@ def _alike(steps: np.ndarray, phase: np.ndarray, fewest: int) -> list[np.ndarray
 
 
 def imbalance(values: Values, course: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far instants must be moved to fulfil the balance, and the approach velocities.
+    """Shift of the instants that would satisfy the balance, and the approach velocities.
 
     Both of the middle one of all triples, shape (..., groups, length - 1), the first axes those of
     the values; in units of 1 / omega_n and of gaps by these.
@@ -113,7 +113,7 @@ def _legs(zeta: np.ndarray, leg: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def badness(values: Values, course: Courses) -> np.ndarray:
-    """Mean square of how far instants and strengths are off; more where the stop would pull.
+    """Mean square error of instants and strengths, with a penalty where the stop would pull.
 
     Of each of the values.
     """

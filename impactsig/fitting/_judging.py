@@ -1,4 +1,4 @@
-"""Whether the trains of an oscillator explain the measured one: a Monte Carlo test on the moments.
+"""Monte Carlo test, on the moments, of whether an oscillator explains the measured train.
 
 The statistic is the mean squared distance of a train's moments from the mean of the simulated
 ones. Each moment is scaled by its variance, half of which comes from the simulated trains and half
@@ -30,7 +30,7 @@ HOPELESS = 10.0
 
 
 class Judgement(NamedTuple):
-    """How the measured train compares with trains simulated at an optimum."""
+    """Comparison of the measured train with trains simulated at an optimum."""
 
     distance: float  # of the measured train, by that of the median simulated one
     p_value: float
@@ -39,7 +39,7 @@ class Judgement(NamedTuple):
 
     @property
     def hopeless(self) -> bool:
-        """Whether the search need not go on from here."""
+        """Whether continuing the search from here is pointless."""
         return self.distance > HOPELESS and self.p_value <= LEAST_P
 
 
@@ -83,12 +83,12 @@ def judge(problem: Problem, looks: np.ndarray) -> Judgement | None:
 
 
 def p_value(measured: float, simulated: np.ndarray, trains: int) -> float:
-    """Share of all trains, the measured one among them, at least as far as the measured one."""
+    """Share of all trains, including the measured one, that deviate at least as much as it."""
     return (1 + int(np.sum(simulated >= measured))) / (1 + trains)
 
 
 def _from_others(off: np.ndarray) -> np.ndarray:
-    """Distance of each train from all others, as that of the measured one from all of these.
+    """Distance of each train from all others.
 
     Were each among those that it is compared with, it would seem nearer than the measured one.
     """

@@ -1,4 +1,4 @@
-"""An orbit laid beside impacts with an ever smaller slack, and legs that contradict it left out."""
+"""Fit an orbit to impacts with decreasing slack, leaving out contradictory flights."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEDIAN = 2 * math.log(2)  # of that chi squared
 
 @kernel
 def lay(machine, scale, noise, slacks, seen, joined, node):
-    """Move an orbit to where it is nearest, slack by slack; the last of what `smooth` returns.
+    """Fit an orbit, slack by slack; returns the last result of `smooth`.
 
     The arguments are those of `smooth`. Legs are taken out of `joined` in place.
     """
@@ -38,7 +38,7 @@ def lay(machine, scale, noise, slacks, seen, joined, node):
 
 @kernel
 def leave_out(release, joined):
-    """Take the worst of each run of legs that contradict each other out of `joined`."""
+    """Remove the worst of each run of contradictory flights from `joined`."""
     if not joined.any():
         return False
     # Parameters that are off make all legs worse than chance would.

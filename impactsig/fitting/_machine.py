@@ -1,4 +1,4 @@
-"""The oscillator that is fitted, as a function of its parameters."""
+"""The fitted oscillator as a function of its parameters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ._partition import Train
 
 @dataclass(frozen=True)
 class Parameter:
-    """One that can be free.
+    """A parameter that can be free.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class Parameter:
     finest: float
 
     def scale(self, value: float) -> float:
-        """The value on the scale of the search."""
+        """Convert a value to the scale of the search."""
         return math.log(value) if self.logarithmic else value
 
     def value(self, scaled: Any) -> Any:
-        """The value of one, or of several, on the scale of the search."""
+        """Convert from the scale of the search, for one or several."""
         return np.exp(scaled) if self.logarithmic else scaled
 
 
@@ -117,7 +117,7 @@ def parameters_of(scene: Oscillator) -> dict[str, float]:
 
 
 def dimensionless(values: dict[str, Any], forcing_frequency: float, phase: Any) -> Values:
-    """The parameters as the balance of three impacts has them."""
+    """The parameters in the form of the balance of three impacts."""
     return Values(
         values["restitution"],
         values["damping"],
@@ -128,13 +128,13 @@ def dimensionless(values: dict[str, Any], forcing_frequency: float, phase: Any) 
 
 
 def as_train(impacts: Any, forcing_frequency: float, strength: np.ndarray | None) -> Train:
-    """A train in forcing periods."""
+    """Convert impacts to a train in forcing periods."""
     x = (impacts.time - impacts.start) * forcing_frequency
     return Train(x, strength, ~impacts.interval_spans_gap())
 
 
 def as_impacts(train: Train, forcing_frequency: float, periods: int) -> Impacts:
-    """The impacts of a train of so many periods."""
+    """Convert a train of so many periods to impacts."""
     return Impacts(
         train.x / forcing_frequency,
         approach_velocity=train.strength,

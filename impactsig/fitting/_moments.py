@@ -1,4 +1,4 @@
-"""What a measured train and simulated ones are compared by: moments over the words of the train.
+"""Moments over the words of a train, by which measured and simulated trains are compared.
 
 With w the words of the intervals' classes, phi_k the phase of an impact and s_k its strength by the
 mean of all,
@@ -29,20 +29,20 @@ FALSE = 3  # last moments, which tell of missed and of spurious impacts
 
 
 class Groups(NamedTuple):
-    """Impacts in groups, and what is asked of the members of each."""
+    """Impacts in groups, with quantities of each member."""
 
     group: np.ndarray  # of each member, shape (members,)
     owner: np.ndarray  # number of the train of each
     values: np.ndarray  # shape (quantities, members)
 
     def means(self, number: int) -> np.ndarray:
-        """Of every quantity in every group over all trains, shape (quantities, number)."""
+        """Mean of every quantity in every group over all trains, shape (quantities, number)."""
         count = np.maximum(np.bincount(self.group, minlength=number), 1)
         totals = [np.bincount(self.group, one, minlength=number) for one in self.values]
         return np.array(totals) / count
 
     def moments(self, centre: np.ndarray, trains: int) -> np.ndarray:
-        """Share of each group, and mean over a train of what its members are off the centre.
+        """Share of each group, and the mean deviation of its members from the centre, per train.
 
         Of each train, shape (trains, moments).
         """
@@ -55,7 +55,7 @@ class Groups(NamedTuple):
 
 
 class Moments(NamedTuple):
-    """What is asked of a train; the same of a measured one and of simulated ones."""
+    """The moments of a train, defined once for measured and simulated trains."""
 
     partition: Partition
     words: np.ndarray  # measured means over each word, shape (1 or 2, words)
@@ -65,7 +65,7 @@ class Moments(NamedTuple):
 
     @classmethod
     def of(cls, train: Train) -> Moments:
-        """Those that suit a train."""
+        """Choose the moments that suit a train."""
         partition = Partition.of(train)
         sifted = partition.sift(train)
         number = len(partition.classes)
@@ -82,11 +82,11 @@ class Moments(NamedTuple):
 
     @property
     def shares(self) -> int:
-        """How many of the first moments are shares of words."""
+        """Number of leading moments that are shares of words."""
         return self.words.shape[1]
 
     def __call__(self, train: Train) -> np.ndarray:
-        """The moments of each train, shape (trains, moments); nan where it has no word."""
+        """The moments of each train, shape (trains, moments); NaN if it has no word."""
         sifted, trains = self.partition.sift(train), len(train.starts)
         words = _words(self.partition, sifted)
         parts = [words.moments(self.words, trains)]
@@ -102,7 +102,7 @@ class Moments(NamedTuple):
         return found
 
     def _false(self, train: Train, sifted: Sifted) -> np.ndarray:
-        """What is in no word, and the impacts per period, of each train."""
+        """Share of impacts in no word, and impacts per period, of each train."""
         trains = len(train.starts)
         within = sifted.owner[1:] == sifted.owner[:-1]
         owner = sifted.owner[:-1]
@@ -123,14 +123,14 @@ def _words(partition: Partition, sifted: Sifted) -> Groups:
 
 
 def _ends(sifted: Sifted) -> Groups:
-    """The phases at both ends of every interval, by its class."""
+    """Phases at both ends of every interval, by its class."""
     at = np.flatnonzero(sifted.symbol >= 0)
     both = np.array([sifted.phase[at], sifted.phase[at + 1]])
     return Groups(sifted.symbol[at], sifted.owner[at], both)
 
 
 def _steps(edges: np.ndarray, sifted: Sifted) -> Groups:
-    """Every interval by its class and how strong its first impact is."""
+    """Every interval by its class and the strength of its first impact."""
     assert sifted.strength is not None
     at = np.flatnonzero(sifted.symbol >= 0)
     symbol = sifted.symbol[at]

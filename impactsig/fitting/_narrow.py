@@ -1,4 +1,4 @@
-"""From moments to parameters: what simulated trains show of how one depends on the other.
+"""Estimate parameters from moments, by regression over simulated trains.
 
 Trains are simulated at parameters drawn from a normal cloud and measured as the real one was. Their
 moments are regressed on the parameters (quadratic in those of the oscillator, linear in the
@@ -35,7 +35,7 @@ EDGE, AGAIN = 0.95, 3  # share of this from where a cloud is moved, and how many
 
 
 class Cloud(NamedTuple):
-    """Where trains are simulated: ``psi = centre + shape z``, z standard normal."""
+    """Parameters at which trains are simulated: ``psi = centre + shape z``, z standard normal."""
 
     centre: np.ndarray
     shape: np.ndarray  # lower triangular, so that the free parameters need their own z only
@@ -43,19 +43,19 @@ class Cloud(NamedTuple):
 
     @classmethod
     def of(cls, centre: np.ndarray, covariance: np.ndarray, problem: Problem) -> Cloud:
-        """With a covariance, but no narrower than trains can tell."""
+        """The cloud of a covariance, not narrower than trains can resolve."""
         finest = np.array([problem.kind(name).finest for name in problem.names])
         return cls(centre, np.linalg.cholesky(covariance + np.diag(finest**2)), len(problem.free))
 
     @property
     def reach(self) -> float:
-        """How far its farthest points are from the centre, in z."""
+        """Distance of the farthest points from the centre, in z."""
         return float(np.sqrt(REACH**2 + len(self.centre)))
 
     def draw(
         self, count: int, problem: Problem, look: Callable[[np.ndarray], np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters within the box, and what `look` says of trains simulated there."""
+        """Draw parameters within the bounds, with the result of `look` for each."""
         low, high = problem.box
         z = problem.rng.standard_normal((4 * count, len(self.centre)))
         z = z[np.linalg.norm(z, axis=1) < self.reach][:count]
@@ -63,11 +63,11 @@ class Cloud(NamedTuple):
         return psi, look(psi)
 
     def place(self, psi: np.ndarray) -> np.ndarray:
-        """The z of parameters, shape (n, parameters)."""
+        """Convert parameters to z, shape (n, parameters)."""
         return np.linalg.solve(self.shape, (psi - self.centre).T).T
 
     def terms(self, z: np.ndarray) -> np.ndarray:
-        """What the regression is on: 1, z, and the products of the first."""
+        """Regressors: 1, z, and products of the first components."""
         own = z[:, : self.curved]
         i, j = np.triu_indices(self.curved)
         return np.hstack((np.ones((len(z), 1)), z, own[:, i] * own[:, j]))
@@ -84,7 +84,7 @@ class Regression(NamedTuple):
 
     @classmethod
     def of(cls, cloud: Cloud, psi: np.ndarray, y: np.ndarray) -> Regression | None:
-        """Fitted to trains; those that lie far off, periodic ones amid chaos, are left out.
+        """Fit to trains, leaving out outliers such as periodic ones amid chaos.
 
         None where hardly more trains than terms have moments.
         """
@@ -115,11 +115,11 @@ class Regression(NamedTuple):
 
     @property
     def slope_errors(self) -> np.ndarray:
-        """Their covariance, for a moment of variance 1."""
+        """Covariance of the slopes, for a moment of variance 1."""
         return self.errors[1 : 1 + len(self.cloud.centre), 1 : 1 + len(self.cloud.centre)]
 
     def solve(self, white: np.ndarray, problem: Problem) -> np.ndarray:
-        """The z at which the expected moments are nearest to the measured ones."""
+        """The z at which the expected moments are closest to the measured ones."""
         from scipy.optimize import least_squares
 
         low, high = problem.box
@@ -137,7 +137,7 @@ class Regression(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Parameters, and how uncertain they are."""
+    """Parameters with their uncertainties."""
 
     psi: np.ndarray
     covariance: np.ndarray
@@ -145,7 +145,7 @@ class Estimate(NamedTuple):
 
 
 def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate | None:
-    """Estimate the parameters from the trains of a search, and from more.
+    """Estimate the parameters from the trains of a search and further ones.
 
     None where too few of the trains in a cloud have moments: the search has ended where the
     oscillator hardly reaches the stop.
@@ -180,7 +180,7 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate | None:
 
 
 def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate | None:
-    """Estimate the parameters where an orbit beside the impacts has told them already.
+    """Refine an estimate from an orbit by simulated trains.
 
     What it tells of the measured train is told of trains simulated near: where the estimate is
     biased, this is taken out, and its scatter is that which jitter, missed and spurious impacts
@@ -203,7 +203,7 @@ def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Esti
 
 
 def _estimate(problem: Problem, regression: Regression) -> Estimate:
-    """The parameters at which few numbers, nearly normal, are expected as they were measured."""
+    """The parameters at which the expected moments equal the measured ones."""
     cloud = regression.cloud
     white = whitening(regression.covariance, 1e-10)
     z = regression.solve(white, problem)
@@ -219,7 +219,7 @@ def _estimate(problem: Problem, regression: Regression) -> Estimate:
 
 
 def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:
-    """Directions in which moments are independent, of variance 1, but for what hardly varies."""
+    """Linear map to independent moments of unit variance, without nearly constant ones."""
     scale = np.sqrt(np.diag(covariance))
     scale = np.where(scale > 0, scale, np.inf)
     size, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
@@ -229,7 +229,7 @@ def whitening(covariance: np.ndarray, tolerance: float = 1e-3) -> np.ndarray:
 
 
 def _uncertainty(regression: Regression, white: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Standard deviations of z in the directions in which they are independent."""
+    """Standard deviations of z along its independent directions."""
     slopes = white @ regression.slopes
     freedom = regression.trains - len(regression.coefficients)
     # The inverse of an estimated covariance is too large by this [Wood2010]_.

@@ -1,4 +1,4 @@
-"""One orbit of the oscillator beside all impacts, and the parameters at which it lies nearest.
+"""Fit of one orbit to all impacts, and of the parameters.
 
 Where strengths are known besides instants, they say where on the attractor an impact is, and an
 orbit of thousands of impacts lies within the noise of one oscillator only: this is the fit of an
@@ -36,14 +36,14 @@ LOST = 0.5  # share of legs left out where no orbit is followed any more
 
 
 class Sight(NamedTuple):
-    """What was measured, as `smooth` takes it."""
+    """The measured train as `smooth` takes it."""
 
     seen: np.ndarray  # instants in forcing periods, strengths by their mean, noise by its share
     joined: np.ndarray  # where no gap lies between two impacts
 
     @classmethod
     def of(cls, sifted: Sifted, floor: float = FAINT) -> Sight:
-        """Of impacts with strengths, whose noise shrinks no further below a floor."""
+        """From impacts with strengths, whose noise is bounded below by a floor."""
         strength = sifted.strength
         assert strength is not None
         x = sifted.cycle + sifted.phase
@@ -52,7 +52,7 @@ class Sight(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """The nearest orbit at some parameters."""
+    """The best-fitting orbit at some parameters."""
 
     node: np.ndarray  # instants in forcing periods, approach velocities; shape (n, 2)
     joined: np.ndarray  # legs that are followed
@@ -64,7 +64,7 @@ class Orbit(NamedTuple):
 
 
 def machine_of(theta: np.ndarray) -> Machine:
-    """The oscillator of restitution; logarithms of damping, amplitude, 1 / frequency; phase."""
+    """The oscillator of a parameter vector: restitution, three logarithms, phase."""
     r, zeta, omega = float(theta[0]), math.exp(theta[1]), math.exp(-theta[3])
     dynamic = 1 - omega**2 + 2j * zeta * omega
     response = math.exp(theta[2]) / dynamic
@@ -75,7 +75,7 @@ def machine_of(theta: np.ndarray) -> Machine:
 
 
 def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> Orbit:
-    """Lay an orbit beside the impacts.
+    """Fit an orbit to the impacts.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
 
 
 def distances(orbit: Orbit, sight: Sight, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Strengths of the orbit where it is followed, and how far instants and strengths are off."""
+    """Strengths of the fitted orbit, and residuals of instants and strengths."""
     followed = np.zeros(len(orbit.node), bool)
     followed[:-1] |= orbit.joined
     followed[1:] |= orbit.joined
@@ -114,7 +114,7 @@ def distances(orbit: Orbit, sight: Sight, scale: float) -> tuple[np.ndarray, np.
 
 
 def floor_of(orbit: Orbit, sight: Sight, scale: float) -> float:
-    """Strength, by the mean of all, below which their noise shrinks no further.
+    """Relative strength below which the noise of the strengths is constant.
 
     The likeliest of a few: `FAINT` for noise in proportion to the strength, the greatest for noise
     that is the same in all.
@@ -132,7 +132,7 @@ def floor_of(orbit: Orbit, sight: Sight, scale: float) -> float:
 
 
 class Approach(NamedTuple):
-    """Where an orbit lies nearest."""
+    """Result of minimising the loss over the parameters."""
 
     theta: np.ndarray
     noise: Noise
@@ -146,7 +146,7 @@ def approach(
     free: np.ndarray,
     box: tuple[np.ndarray, np.ndarray],
 ) -> Approach:
-    """The parameters with the least loss near a beginning.
+    """Minimise the loss over the parameters, from an initial guess.
 
     Parameters
     ----------

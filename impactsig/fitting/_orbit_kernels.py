@@ -1,4 +1,4 @@
-"""The orbit nearest to measured instants and strengths, by Gauss and Newton over all impacts.
+"""Least-squares orbit through measured instants and strengths, by Gauss-Newton.
 
 Between impacts the flow is known. An orbit has at every impact an instant tau, in forcing periods,
 and an approach velocity v; a leg from one impact to the next is off by
@@ -48,14 +48,14 @@ class Machine(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """How far what was measured is off."""
+    """Standard deviations of the measured quantities."""
 
     instant: float  # forcing periods
     strength: float  # share
 
 
 class Smoothed(NamedTuple):
-    """What is left once the orbit lies as near as it can."""
+    """Result of fitting the orbit."""
 
     objective: float
     squares: np.ndarray  # of instants, and of strengths as shares: sums over joined impacts
@@ -65,7 +65,7 @@ class Smoothed(NamedTuple):
 
 @kernel
 def leg(machine, t0, v0, t1, v1, off, slopes, full):
-    """How far a leg is off, and by what it changes.
+    """Residual of a flight between two impacts, and its derivatives.
 
     `off`, shape (2, 5): derivatives by t0, v0, t1, v1, then the misfit itself. `slopes`, shape
     (2, SLOPES), if `full`: derivatives by the parameters.
@@ -115,7 +115,7 @@ def leg(machine, t0, v0, t1, v1, off, slopes, full):
 
 @kernel
 def _assemble(machine, scale, noise, slack, seen, joined, node, matrix, beside, right, legs, own):
-    """The normal equations; returns the objective.
+    """Assemble the normal equations; returns the objective.
 
     `right` has -J^T residual in its first column and, where it has more, -J^T times the derivatives
     by the parameters; `own` then gets the products of these derivatives with each other, and with
@@ -171,7 +171,7 @@ def _assemble(machine, scale, noise, slack, seen, joined, node, matrix, beside, 
 
 @kernel
 def _eliminate(matrix, beside, right, joined, inverse):
-    """Forward elimination in place; `inverse` gets those of the blocks on the diagonal."""
+    """Forward elimination in place; `inverse` receives the inverted diagonal blocks."""
     n = len(matrix)
     for k in range(n):
         one, both, other = matrix[k, 0, 0], matrix[k, 0, 1], matrix[k, 1, 1]
@@ -191,7 +191,7 @@ def _eliminate(matrix, beside, right, joined, inverse):
 
 @kernel
 def _move(inverse, beside, right, joined, noise, node):
-    """Back substitution; moves the orbit and returns the farthest move, in sigma_t."""
+    """Back substitution; updates the orbit and returns the largest change, in sigma_t."""
     n = len(node)
     farthest = d0 = d1 = 0.0
     for k in range(n - 1, -1, -1):
@@ -211,7 +211,7 @@ def _move(inverse, beside, right, joined, noise, node):
 
 @kernel
 def _judge(scale, noise, slack, seen, joined, node, inverse, beside, legs, result):
-    """Squares, freedom and releases, from the blocks of the inverse near the diagonal."""
+    """Sums of squares, degrees of freedom and releases, from the inverse near the diagonal."""
     n = len(node)
     spread, cross, late = np.empty((2, 2)), np.empty((2, 2)), inverse[n - 1].copy()
     gain, cov = np.empty((2, 2)), np.empty((2, 2))
@@ -258,7 +258,7 @@ def _judge(scale, noise, slack, seen, joined, node, inverse, beside, legs, resul
 
 @kernel
 def smooth(machine, scale, noise, slack, seen, joined, node, most, close):
-    """Move an orbit to where it is nearest to what was measured.
+    """Move an orbit to its least-squares fit.
 
     Parameters
     ----------
@@ -306,7 +306,7 @@ def smooth(machine, scale, noise, slack, seen, joined, node, most, close):
 
 @kernel
 def project(machine, scale, noise, slack, seen, joined, node):
-    """What the objective tells of the parameters, the orbit being unknown.
+    """Derivatives of the objective by the parameters, with the orbit eliminated.
 
     Returns
     -------

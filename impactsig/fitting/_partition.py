@@ -1,4 +1,4 @@
-"""A train as words: which phases and which intervals it is told by.
+"""A train as words: sequences of interval classes at the frequent phases.
 
 The impacts of chaos come at few phases of the forcing, and their intervals gather in classes, say
 about one period and about two. Jitter moves every instant, but no interval into another class: the
@@ -21,7 +21,7 @@ LONGEST = 4  # intervals in a word
 
 
 class Train(NamedTuple):
-    """Instants in forcing periods, what is known of the strengths, and what is not joined.
+    """Instants in forcing periods, strengths, and flights that are not joined.
 
     Of one train, or of several, one after another and not joined.
     """
@@ -33,16 +33,16 @@ class Train(NamedTuple):
 
     @property
     def counts(self) -> np.ndarray:
-        """Impacts of each train."""
+        """Number of impacts of each train."""
         return np.diff(self.starts, append=len(self.x))
 
     @property
     def owner(self) -> np.ndarray:
-        """Number of the train that each impact belongs to."""
+        """Index of the train that each impact belongs to."""
         return np.repeat(np.arange(len(self.starts)), self.counts)
 
     def split(self) -> list[Train]:
-        """Each train by itself."""
+        """The trains one by one."""
         found = []
         for first, count in zip(self.starts, self.counts, strict=True):
             own, after = slice(first, first + count), slice(first, max(first + count - 1, first))
@@ -52,7 +52,7 @@ class Train(NamedTuple):
 
 
 class Sifted(NamedTuple):
-    """What is left of trains at the phases that count."""
+    """The impacts of trains at the frequent phases."""
 
     cycle: np.ndarray  # whole periods, shape (n,)
     phase: np.ndarray  # from the mean phase of the train, in periods, -0.5 to 0.5
@@ -71,7 +71,7 @@ class Words(NamedTuple):
 
 
 class Partition(NamedTuple):
-    """Which phases count, and how intervals are told apart."""
+    """The frequent phases, and the classes of intervals."""
 
     window: np.ndarray  # whether each bin of the phase counts, shape (PHASES,)
     classes: np.ndarray  # least and greatest interval of each, in periods, shape (c, 2)
@@ -79,7 +79,7 @@ class Partition(NamedTuple):
 
     @classmethod
     def of(cls, train: Train) -> Partition:
-        """The one that suits a train."""
+        """Choose the partition that suits a train."""
         phase = train.x - mean_phases(train)
         counts = np.bincount(_bins(phase), minlength=PHASES)
         window = counts > max(3.0, THIN * counts.max())
@@ -95,7 +95,7 @@ class Partition(NamedTuple):
         return cls(window, classes, length)
 
     def sift(self, train: Train) -> Sifted:
-        """Leave out what comes at other phases, and tell the intervals apart."""
+        """Remove impacts at other phases, and classify the intervals."""
         owner, number = train.owner, len(train.starts)
         x = train.x - mean_phases(train)[owner]
         kept = self.window[_bins(x)]
@@ -117,7 +117,7 @@ class Partition(NamedTuple):
         return Sifted(cycle, x - cycle, strength, symbol, joined, owner, off)
 
     def words(self, sifted: Sifted) -> Words:
-        """All runs of `length` intervals, each in a class."""
+        """All sequences of `length` classified intervals."""
         count = max(len(sifted.symbol) - self.length + 1, 0)
         code, whole = np.zeros(count, np.intp), np.ones(count, bool)
         for k in range(self.length):
@@ -143,7 +143,7 @@ def _bins(x: np.ndarray) -> np.ndarray:
 
 
 def _classes(interval: np.ndarray) -> np.ndarray:
-    """Runs of filled bins; where all is one run, its two halves."""
+    """Contiguous filled bins; halved if they are all contiguous."""
     number = np.floor(interval / STEP).astype(np.intp)
     counts = np.bincount(number)
     filled = np.flatnonzero(counts > max(1.0, 0.03 * RARE * len(interval)))

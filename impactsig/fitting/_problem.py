@@ -1,4 +1,4 @@
-"""What is sought, on the scale of the search, and how a trial is judged."""
+"""The unknowns of a fit on the scale of the search, and the evaluation of a trial."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FAR = 12.0  # of these scales; what is farther counts hardly more
 
 @dataclass(eq=False)
 class Problem:
-    """The measured train, what is known, and what is free."""
+    """The measured train, the known and the free parameters."""
 
     free: tuple[str, ...]
     known: dict[str, float]
@@ -52,18 +52,18 @@ class Problem:
         self.scale = self._scale()
 
     def kind(self, name: str) -> Parameter:
-        """How a parameter is sought."""
+        """The `Parameter` of a name."""
         return PARAMETERS.get(name) or CHAIN[name]
 
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest of everything that is sought, on the scale of the search."""
+        """Bounds of all unknowns, on the scale of the search."""
         known = {n: (p.low, p.high) for n, p in CHAIN.items()} | self.bounds
         low, high = ([self.kind(n).scale(known[n][k]) for n in self.names] for k in (0, 1))
         return np.array(low), np.array(high)
 
     def values(self, psi: np.ndarray) -> dict[str, Any]:
-        """Everything by its name, of one or of several with the names along the last axis."""
+        """All values by name, for one or several vectors of unknowns."""
         last = np.moveaxis(psi, -1, 0)
         found = {n: self.kind(n).value(p) for n, p in zip(self.names, last, strict=False)}
         return {"strength_noise": 0.0, "strength_floor": self.floor} | self.known | found
@@ -73,7 +73,7 @@ class Problem:
         return courses(self.train, self.moments.partition)
 
     def simulate(self, psi: np.ndarray) -> Train:
-        """Trains measured at parameters, shape (n, names)."""
+        """Simulate measured trains at parameters, shape (n, names)."""
         self.evaluations += len(psi)
         values = {n: np.broadcast_to(v, len(psi)) for n, v in self.values(psi).items()}
         impacts = self.share * len(self.train.x)
@@ -82,7 +82,7 @@ class Problem:
         )
 
     def look(self, psi: np.ndarray) -> np.ndarray:
-        """How far trains simulated at parameters are from the measured one, moment by moment.
+        """Differences of the moments of simulated trains from the measured ones.
 
         In units of the moments' scatter, shape (n, moments); nan where impacts are too few, or far
         too many.
@@ -90,7 +90,7 @@ class Problem:
         return self._off(self.simulate(psi))
 
     def tell(self, psi: np.ndarray) -> np.ndarray:
-        """How far orbits beside simulated trains are from the one beside the measured.
+        """Differences of orbits fitted to simulated trains from the one fitted to the measured.
 
         With what moments tell of missed and of spurious impacts; shape (n, numbers).
         """
@@ -107,7 +107,7 @@ class Problem:
         return FAR * np.tanh((moments - self.measured) / self.scale / FAR)
 
     def _scale(self) -> np.ndarray:
-        """Scatter of the measured moments, roughly: from blocks of the train."""
+        """Rough scatter of the measured moments, from blocks of the train."""
         blocks = min(BLOCKS, len(self.train.x) // 50)
         size = len(self.train.x) // blocks
         parts = []

@@ -1,4 +1,4 @@
-"""From the balance of three impacts to an orbit beside all of them, and what it tells of a train.
+"""From the initial guess to an orbit through all impacts, and the statistics of its fit.
 
 From the balance an orbit is found in five to fifteen steps, even where r is off by 0.3 and the
 damping by a factor of five. There may be other valleys: it is begun at several dampings, which the
@@ -30,7 +30,7 @@ STRENGTH_NOISE = 0.05  # to begin with
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """What an orbit laid beside a train at fixed parameters tells, less what the measured one told.
+    """Statistics of an orbit fitted to a train at fixed parameters, minus those measured.
 
     By how much the parameters would have to move, the logarithm of both noises, and the share of
     legs that are followed.
@@ -44,11 +44,11 @@ class Beside:
     measured: np.ndarray
 
     def __call__(self, train: Train) -> np.ndarray:
-        """Nan where no orbit is followed."""
+        """The statistics; NaN if no orbit fits."""
         return self.tell(train) - self.measured
 
     def tell(self, train: Train) -> np.ndarray:
-        """The numbers of a train."""
+        """The statistics of a train."""
         sifted = self.partition.sift(train)
         none = np.full(len(self.measured), np.nan)
         if len(sifted.cycle) < len(none):
@@ -65,7 +65,7 @@ class Beside:
 
 
 def refine(problem: Problem) -> Estimate | None:
-    """The estimate of an orbit and of trains simulated beside it; None where there is no orbit."""
+    """Estimate from an orbit and from simulated trains; None if no orbit fits."""
     places = tuple(PARAMETERS)
     free = np.array([*(places.index(name) for name in problem.free), PHASE, SCALE])
     sifted = problem.moments.partition.sift(problem.train)
@@ -110,7 +110,7 @@ def _beginnings(problem: Problem) -> list[Beginning]:
 
 
 def _theta(problem: Problem, beginning: Beginning) -> np.ndarray:
-    """The parameters as `_orbit` has them."""
+    """The parameters in the form of `_orbit`."""
     values = problem.values(beginning.free)
     return np.array([
         values["restitution"],

@@ -1,4 +1,4 @@
-"""The search over the whole box: differential evolution [StornPrice1997]_, in two stages.
+"""Global search by differential evolution [StornPrice1997]_, in two stages.
 
 The balance of three impacts asks for no simulation and leads near; it knows nothing of what happens
 between impacts, nor of how often an interval comes. Then trains are simulated, and their moments
@@ -24,7 +24,7 @@ ELSEWHERE = 8  # members that begin anywhere along the box, in case the balance 
 
 
 class Beginning(NamedTuple):
-    """Where the balance of three impacts leads."""
+    """An initial guess from the balance of three impacts."""
 
     free: np.ndarray  # free parameters, on the scale of the search
     phase: float  # of the forcing at the mean phase of the impacts
@@ -32,7 +32,7 @@ class Beginning(NamedTuple):
 
 
 def begin(problem: Problem, damping: tuple[float, float] | None = None) -> Beginning:
-    """Free parameters at which the mean courses of the impacts are in balance.
+    """Free parameters at which the mean sequences of impacts are in balance.
 
     The balance hardly tells the damping; `damping` limits it, on the scale of the search.
     """
@@ -68,7 +68,7 @@ def begin(problem: Problem, damping: tuple[float, float] | None = None) -> Begin
 
 
 def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate trains ever nearer to the measured one.
+    """Minimise the distance of simulated trains from the measured one.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def chain(problem: Problem) -> list[float]:
-    """A guess at what the measuring chain did."""
+    """Initial guess of the parameters of the measuring chain."""
     sifted = problem.moments.partition.sift(problem.train)
     outside = max(1 - problem.moments.partition.window.mean(), 0.1)
     guess = {

@@ -1,4 +1,4 @@
-"""Trains simulated at many parameters in one call, and what the measuring chain makes of them."""
+"""Simulate trains at many parameters in one call, with the measuring chain."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LEAST_WORK = 1000
 
 @dataclass(frozen=True)
 class Beginnings:
-    """States on the motion that was measured, from where simulated ones start."""
+    """Initial states on the measured motion."""
 
     phase: np.ndarray  # of the forcing at an impact [rad]
     approach: np.ndarray  # velocity there
@@ -32,7 +32,7 @@ def simulated(
     beginnings: Beginnings,
     rng: np.random.Generator,
 ) -> Train:
-    """Trains of oscillators, as the measuring chain has them, with the noise of their strengths.
+    """Trains of oscillators after the measuring chain, with noisy strengths.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def simulated(
 def chained(
     truth: Impacting, periods: int, values: dict[str, Any], rng: np.random.Generator
 ) -> Train:
-    """What `impactsig.measure` leaves of trains of so many periods, each with values of its own.
+    """Apply the measuring chain of `impactsig.measure` to trains of so many periods.
 
     Some impacts are missed, the others moved by the jitter, and spurious ones are added, as strong
     as an impact chosen at random; then the strengths get their noise.

@@ -1,4 +1,4 @@
-"""Which oscillator a measured train of impacts comes from."""
+"""`fit_oscillator`: fit an impact oscillator to a measured train."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def _fit(
 
 
 def _estimate(problem: Problem) -> Estimate | None:
-    """By an orbit where strengths are known; else, or where none is near, by moments alone.
+    """Estimate by an orbit if strengths are known and one fits, else by moments.
 
     None where the trains simulated at the end of the search have too few impacts.
     """

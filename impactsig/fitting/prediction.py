@@ -1,4 +1,4 @@
-"""What a fitted oscillator predicts: trains drawn from what the fit leaves open, as bands."""
+"""Posterior predictive check of a fit: trains drawn from the posterior, as bands."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FEWEST = 10
 
 
 class Posterior(NamedTuple):
-    """What trains are drawn from."""
+    """The distribution that trains are drawn from."""
 
     centre: np.ndarray  # (names,), on the scale of the search
     covariance: np.ndarray
@@ -45,7 +45,7 @@ class Posterior(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Band(Shown):
-    """Shares of the measured intervals, or pairs of them, and of those of simulated trains.
+    """Histogram of the measured intervals, with bands from simulated trains.
 
     Attributes
     ----------
@@ -81,14 +81,14 @@ class Band(Shown):
 
     @property
     def outside(self) -> np.ndarray:
-        """By how much each measured share is above its band; negative below, 0 within."""
+        """Excess of each measured share over its band; negative below, 0 within."""
         above = np.maximum(self.measured - self.high, 0.0)
         return above - np.maximum(self.low - self.measured, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction(Shown):
-    """What was measured, among trains drawn from a fit.
+    """The measured train compared with trains drawn from a fit.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ def predicted(
 def _drawn(
     posterior: Posterior, trains: int, rng: np.random.Generator
 ) -> Iterator[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]]:
-    """Intervals [s] of trains at parameters drawn from the posterior, and those that follow."""
+    """Intervals [s] of trains at parameters drawn from the posterior, and their successors."""
     vectors, squares = np.linalg.svd(posterior.covariance, hermitian=True)[:2]
     normal = rng.standard_normal((trains, len(squares)))
     psi = posterior.centre + normal * np.sqrt(squares) @ vectors.T
@@ -187,19 +187,19 @@ def _drawn(
 
 
 def _pairs(time: np.ndarray, broken: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Intervals and those after them, without those that a gap is in."""
+    """Intervals and their successors, without those that span a gap."""
     intervals, whole = np.diff(time), ~broken
     both = whole[:-1] & whole[1:]
     return intervals[:-1][both], intervals[1:][both]
 
 
 def _edges(values: np.ndarray, count: int) -> np.ndarray:
-    """Edges of bins that hold as many values each, or fewer where many are the same."""
+    """Edges of bins that hold equally many values, or fewer if many are equal."""
     return np.unique(np.quantile(values, np.linspace(0, 1, count + 1)))
 
 
 def _band(edges: np.ndarray, samples: Sequence[tuple[np.ndarray, ...]], trains: int) -> Band:
-    """The first sample among the others, by shares in bins of one or two dimensions."""
+    """Band of the first sample among the others, in bins of one or two dimensions."""
     shares = []
     for sample in samples:
         held, _ = np.histogramdd(np.column_stack(sample), [edges] * len(sample))
@@ -211,7 +211,7 @@ def _band(edges: np.ndarray, samples: Sequence[tuple[np.ndarray, ...]], trains: 
 
 
 def _rank(shares: np.ndarray, trains: int) -> float:
-    """The rank of the first by its distance from the mean of the others, as a p-value.
+    """p-value of the first by the rank of its distance from the mean of the others.
 
     Each train is compared with all others by one rule, so that all are exchangeable.
     """
@@ -226,7 +226,7 @@ def _rank(shares: np.ndarray, trains: int) -> float:
 
 
 def _unexplained(interval: Band, return_map: Band) -> Iterator[str]:
-    """What is measured and not predicted, where that is more than chance."""
+    """Features that are measured but not predicted, beyond chance."""
     if interval.p_value <= DOUBTED:
         yield f"the intervals are not those of the oscillator: {'; '.join(_places(interval))}"
     if return_map.p_value <= DOUBTED:
@@ -234,7 +234,7 @@ def _unexplained(interval: Band, return_map: Band) -> Iterator[str]:
 
 
 def _places(band: Band) -> Iterator[str]:
-    """Where the measured shares are farthest from their bands."""
+    """Bins in which the measured shares are farthest from their bands."""
     outside = band.outside
     order = np.argsort(-abs(outside), axis=None, kind="stable")[:NAMED]
     for flat in order:

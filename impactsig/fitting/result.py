@@ -1,4 +1,4 @@
-"""What a fit found, how well it is told, and what that rests on."""
+"""Result of a fit, with its uncertainty and evidence."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ so that its p-value is often 2/41 or 3/41; a lower level would leave these fits 
 
 @dataclass(frozen=True, eq=False)
 class OscillatorFit(Shown):
-    """The oscillator found, how well it is told, and what that rests on.
+    """The fitted oscillator, with confidence intervals and a test of the fit.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class OscillatorFit(Shown):
 
     @cached_property
     def comparison(self) -> Comparison:
-        """The measured train and the simulated one side by side, in numbers."""
+        """Comparison of the measured and the simulated train."""
         return compare(
             self.measured,
             self.simulated,
@@ -129,7 +129,7 @@ class OscillatorFit(Shown):
         )
 
     def predict(self, trains: int = 200, *, seed: Seed = None) -> Prediction:
-        """Put the measured train among trains drawn from what the fit leaves open.
+        """Compare the measured train with trains drawn from the posterior of the fit.
 
         Each is simulated at parameters of its own, normally distributed about the optimum with
         their covariance, and measured by a chain whose jitter, missed and spurious impacts and
@@ -163,7 +163,7 @@ class OscillatorFit(Shown):
 
     @property
     def misfit(self) -> bool:
-        """Whether the train is unlike those of the oscillator found: `p_value` of 0.1 or less.
+        """Whether the train contradicts the fitted oscillator: `p_value` of 0.1 or less.
 
         Then a second or soft stop, friction or wrong parameters among those that are not free are
         likelier than chance, and the intervals need not hold the truth. One train in ten of an

@@ -1,4 +1,4 @@
-"""Recording -> what the machine itself is: its natural frequency, its damping, its friction."""
+"""Natural frequency, damping and friction of a machine, from a recording."""
 
 from .friction import Bounded, FrictionDecay, identify_friction
 from .resonance import Estimate, Resonance, identify_resonance

@@ -1,4 +1,4 @@
-"""The band of a spectrum around a resonance, and what textbooks read from it."""
+"""The spectrum around a resonance, and textbook estimates from it."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Band:
 
     @property
     def step(self) -> float:
-        """Distance of neighbouring frequencies [Hz]."""
+        """Frequency spacing [Hz]."""
         return self.rate / self.count
 
     @property
@@ -48,12 +48,12 @@ class Band:
 
     @property
     def window(self) -> np.ndarray:
-        """Hann's window over the band, 1 at its greatest value."""
+        """Hann window over the band, 1 at its maximum."""
         window = np.hanning(len(self.values) + 2)[1:-1]
         return window / window[np.argmax(np.abs(self.values))]
 
     def envelope(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times [s] and size of the part of the signal in the band, as often as it has values.
+        """Times [s] and envelope of the band-limited signal, at its own rate.
 
         The band is cut off smoothly, so that what begins abruptly rings for two values only.
         """
@@ -63,7 +63,7 @@ class Band:
 
 
 def band_of(samples: np.ndarray, rate: float, low: float, high: float) -> Band:
-    """The band from `low` to `high` [Hz] of samples about their mean."""
+    """The band from `low` to `high` [Hz] of the samples minus their mean."""
     spectrum = np.fft.rfft(samples - samples.mean())
     step = rate / len(samples)
     first = max(math.ceil(low / step), 1)
@@ -72,7 +72,7 @@ def band_of(samples: np.ndarray, rate: float, low: float, high: float) -> Band:
 
 
 def padded(band: Band) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies and |X|^2 between the values too, as of a record followed by silence."""
+    """Frequencies and |X|^2 with zero padding."""
     count = len(band.values)
     inner = np.fft.fft(np.fft.ifft(band.values), count * PADDING)
     inner = inner[: (count - 1) * PADDING + 1]
@@ -81,7 +81,7 @@ def padded(band: Band) -> tuple[np.ndarray, np.ndarray]:
 
 
 def smooth(power: np.ndarray, width: int) -> np.ndarray:
-    """Running mean over an odd number of values; shorter at the ends."""
+    """Running mean over an odd number of values, shorter at the ends."""
     half = width // 2
     total = np.concatenate([[0.0], np.cumsum(power)])
     at = np.arange(len(power))
@@ -90,7 +90,7 @@ def smooth(power: np.ndarray, width: int) -> np.ndarray:
 
 
 def peak_and_width(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
-    """Frequency of the greatest value, and the width at half of it [Hz]; nan if it has no flanks.
+    """Frequency of the peak, and its full width at half maximum [Hz]; NaN without flanks.
 
     The parabola through the logarithms of the greatest value and its neighbours has the peak.
     """
@@ -116,7 +116,7 @@ def peak_and_width(frequency: np.ndarray, power: np.ndarray) -> tuple[float, flo
 
 
 def log_decrement(time: np.ndarray, envelope: np.ndarray, noise: float) -> float:
-    """Rate [1/s] at which an envelope falls, by a line through its logarithms.
+    """Decay rate [1/s] of an envelope, by a line through its logarithms.
 
     From the third value, for the first two bear the beginning of the record, to where it comes near
     the noise; each weighs as its square, for that is what noise leaves of a logarithm.

@@ -1,4 +1,4 @@
-"""A decaying oscillation in noise: the likeliest one, in a band of its spectrum."""
+"""Maximum-likelihood fit of a decaying oscillation in noise, in a band of its spectrum."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Fit(NamedTuple):
 
 
 def fit_decay(band: Band, frequency: float) -> Fit:
-    """Least squares in the band, which is maximum likelihood in white noise.
+    """Least-squares fit in the band, which is maximum likelihood in white noise.
 
     ``x_n = Re(A z^n)``, ``z = exp((-alpha + i omega) / rate)`` transforms to
 
@@ -92,7 +92,7 @@ def _descend(band: Band, alpha: float, omega: float) -> tuple[float, float, floa
 
 
 def _columns(band: Band, alpha: float, omega: float) -> tuple[np.ndarray, np.ndarray]:
-    """What the model is linear in, and the slopes of its first two by alpha and omega."""
+    """Linear regressors of the model, and derivatives of the first two by alpha and omega."""
     angle = 2 * math.pi * (band.first + np.arange(len(band.values))) / band.count
     dt, duration = 1 / band.rate, band.duration
     parts = []
@@ -114,7 +114,7 @@ def _columns(band: Band, alpha: float, omega: float) -> tuple[np.ndarray, np.nda
 def _project(
     columns: np.ndarray, slopes: np.ndarray, data: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coefficients, residual, and the model's slopes by the pole beside the linear columns."""
+    """Coefficients, residual, and derivatives by the pole orthogonal to the regressors."""
     q, r = np.linalg.qr(columns)
     coefficients = np.linalg.solve(r, q.T @ data)
     a, b = coefficients[:2]

@@ -1,4 +1,4 @@
-"""Whether an envelope is exponential: a test of what a mode in viscous damping leaves."""
+"""Test of whether an envelope is exponential, as a mode with viscous damping has it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BENDS = (2, 3)  # powers of time
 
 
 def envelope_evidence(band: Band, fit: Fit) -> float:
-    """Probability that the swings fit as much better by chance with another envelope.
+    """p-value of the improvement of the fit by another envelope.
 
     The swings are multiplied by t^2 and t^3 besides: friction bends the logarithm of the envelope,
     and a frequency that depends on the amplitude turns the phase. Fisher's test of what these take
@@ -39,7 +39,7 @@ def envelope_evidence(band: Band, fit: Fit) -> float:
 
 
 def _bent(band: Band, fit: Fit) -> list[np.ndarray]:
-    """Transforms of the swings times powers of time, cosine and sine."""
+    """Transforms of the oscillation times powers of time, cosine and sine."""
     time = np.arange(band.count) / band.rate
     swing = np.exp(complex(-fit.alpha, fit.omega) * time)
     kept = slice(band.first, band.first + len(band.values))

@@ -1,4 +1,4 @@
-"""An oscillation that noise keeps up: the likeliest spectrum, in a band of the periodogram."""
+"""Fit of an oscillator under noise to a band of the periodogram."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
 def fit_noise(band: Band, frequency: float, quantity: str) -> Fit:
-    """Debiased Whittle likelihood [Sykulski2019]_ of an oscillator under white noise, and a floor.
+    """Debiased Whittle likelihood [Sykulski2019]_ of an oscillator under white noise, with a floor.
 
     The periodogram ``I_k = |X_k|^2 / N`` is nearly exponential about its expectation, which is
     exact here for a record of any length: of the covariance ``c_n = Re(C z^n)``,
@@ -48,7 +48,7 @@ def fit_noise(band: Band, frequency: float, quantity: str) -> Fit:
 def _start(
     band: Band, power: np.ndarray, frequency: float, ratio: float, quantity: str
 ) -> np.ndarray:
-    """alpha, omega, variance of the resonance and floor, as logarithms."""
+    """Initial alpha, omega, variance of the resonance and floor, as logarithms."""
     omega = 2 * math.pi * frequency
     floor = float(np.quantile(power, 0.1)) * 5 + 1e-300
     theta = np.array([math.log(ratio * omega), math.log(omega), 0.0, -700.0])
@@ -61,7 +61,7 @@ def _start(
 def _score(
     band: Band, power: np.ndarray, theta: np.ndarray, quantity: str
 ) -> tuple[float, np.ndarray]:
-    """The maximum of the log-likelihood that is uphill, and where."""
+    """The maximum of the log-likelihood reached uphill, and its parameters."""
     low, high = np.log(2 * math.pi * band.frequency[[0, -1]])
     expected, slopes = _expected(band, theta, quantity)
     value = -float((np.log(expected) + power / expected).sum())
@@ -91,7 +91,7 @@ def _score(
 
 
 def _expected(band: Band, theta: np.ndarray, quantity: str) -> tuple[np.ndarray, np.ndarray]:
-    """Expected periodogram, and the slopes of its logarithm by the four parameters."""
+    """Expected periodogram, and derivatives of its logarithm by the four parameters."""
     whole, floor = math.exp(theta[2]), math.exp(theta[3])
     shape = _shape(band, theta, quantity)
     expected = np.maximum(whole * shape + floor, 1e-300)

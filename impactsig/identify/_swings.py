@@ -1,4 +1,4 @@
-"""Free swings under viscous damping and Coulomb friction, in closed form between their extrema."""
+"""Free oscillation under viscous damping and Coulomb friction, in closed form."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def swings(machine: Machine, time: np.ndarray) -> np.ndarray:
 
 
 def extrema(samples: np.ndarray, frequency: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values of successive extrema, from parabolas over a fifth of a swing."""
+    """Times and values of successive extrema, from parabolas over a fifth of an oscillation."""
     reach = max(2, round(0.1 * rate / frequency))
     offsets = np.arange(-reach, reach + 1)
     # Least squares: value, slope and curvature at every sample.
@@ -87,7 +87,7 @@ def extrema(samples: np.ndarray, frequency: float, rate: float) -> tuple[np.ndar
 
 
 def decrement(levels: np.ndarray) -> tuple[float, float, float]:
-    """Damping ratio, friction and centre by successive extrema [FeenyLiang1996]_.
+    """Damping ratio, friction and centre from successive extrema [FeenyLiang1996]_.
 
     ``X_(k+1) = -beta X_k + (1 + beta) (centre + s_k friction)``, s_k = 1 after a maximum and -1
     after a minimum, beta = exp(-pi ratio / sqrt(1 - ratio^2)), by least squares.

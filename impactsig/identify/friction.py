@@ -1,4 +1,4 @@
-"""Viscous damping and Coulomb friction together, from a free decay."""
+"""`identify_friction`: viscous damping and Coulomb friction from a free decay."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class FrictionDecay(Shown):
 
     @property
     def misfit(self) -> bool:
-        """Whether the model does not explain the record: `p_value` of 0.001 or less.
+        """Whether the record contradicts the model: `p_value` of 0.001 or less.
 
         The errors do not hold then. Above 100 dB rounding is all that is left.
         """
@@ -109,7 +109,7 @@ class FrictionDecay(Shown):
 
 
 def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionDecay:
-    """Viscous damping and Coulomb friction of a free decay, together, with their intervals.
+    """Estimate viscous damping and Coulomb friction together, from a free decay.
 
     ``x'' + 2 zeta omega x' + omega^2 (x - centre + friction sgn x') = 0`` is fitted to the samples
     by least squares, from what successive extrema give [FeenyLiang1996]_. In white noise that is
@@ -190,7 +190,7 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
 
 
 def _swinging(time: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The extrema as long as they alternate about each other and shrink clearly."""
+    """The extrema as long as they alternate and clearly decrease."""
     if len(levels) < 3:
         return time, levels
     swing = np.abs(np.diff(levels))
@@ -215,7 +215,7 @@ def _guess(
 def _fitted(
     samples: np.ndarray, guess: Machine, rate: float
 ) -> tuple[Machine, np.ndarray, np.ndarray]:
-    """Least squares; the machine, the slopes of the model, and what it leaves."""
+    """Least-squares fit: the machine, the derivatives of the model, and the residual."""
     from scipy.optimize import least_squares
 
     time = np.arange(len(samples)) / rate
@@ -235,7 +235,7 @@ def _fitted(
 def _best(
     samples: np.ndarray, guess: Machine, rate: float, levels: np.ndarray
 ) -> tuple[Machine, np.ndarray, np.ndarray]:
-    """The least of the least squares.
+    """The best of several least-squares fits.
 
     How often the mass swings until it rests is a whole number, so the sum of squares has a minimum
     for each. Its neighbours are come to from other shares of the loss that is friction's, each with
@@ -261,7 +261,7 @@ def _judged(
     times: np.ndarray,
     levels: np.ndarray,
 ) -> FrictionDecay:
-    """The machine with its intervals, and how well it explains the samples."""
+    """The machine with its intervals, and the goodness of fit."""
     from scipy.stats import t as student
 
     found, jacobian, left = fit

@@ -1,4 +1,4 @@
-"""Natural frequency and damping from a free decay, or from a record under noise."""
+"""`identify_resonance`: natural frequency and damping from a decay or a record under noise."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Resonance(Shown):
 
     @property
     def misfit(self) -> bool:
-        """Whether one mode in white noise does not explain the band: `p_value` of 0.001 or less.
+        """Whether the band contradicts one mode in white noise: `p_value` of 0.001 or less.
 
         A second mode, damping that is not viscous, or a frequency that depends on the amplitude are
         likelier then, and the errors do not hold. Above 100 dB rounding is all that is left.
@@ -127,7 +127,7 @@ class Resonance(Shown):
 
     @property
     def quality_factor(self) -> float:
-        """1 / (2 damping ratio)."""
+        """Quality factor, 1 / (2 damping ratio)."""
         return 0.5 / self.damping_ratio
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -153,7 +153,7 @@ def identify_resonance(
     quantity: Literal["displacement", "velocity", "acceleration"] = "displacement",
     seed: Seed = None,
 ) -> Resonance:
-    """Natural frequency and damping ratio of one mode, with their errors.
+    """Estimate natural frequency and damping ratio of one mode.
 
     A free decay, as after a tap, tells far more than a record of the same length under noise: the
     latter's relative errors are no less than ``sqrt(zeta / (omega T))`` in frequency and
@@ -281,7 +281,7 @@ def identify_resonance(
 
 
 def _unevenness(left: np.ndarray) -> float:
-    """Probability that exponential numbers of one mean are spread as unevenly over the band."""
+    """p-value of the unevenness of exponential numbers over the band."""
     from scipy.special import kolmogorov
 
     total = float(left.sum())
@@ -293,7 +293,7 @@ def _unevenness(left: np.ndarray) -> float:
 
 
 def _textbook(band: Band, fit: Fit, kind: str, seed: Seed) -> list[Estimate]:
-    """Peak, half-power damping and log decrement; and their scatter over records like this one."""
+    """Peak, half-power damping and log decrement, with their scatter over similar records."""
     values = _readings(band, band.values, fit, kind)
     rng = streams(seed, 1)[0]
     found = np.empty((REPLICAS, 3))
@@ -349,7 +349,7 @@ def _samples(recording: Recording) -> np.ndarray:
 
 
 def _greatest(samples: np.ndarray, rate: float) -> float:
-    """Frequency of the greatest peak [Hz], drifts left aside."""
+    """Frequency of the highest peak [Hz], without drifts."""
     power = np.abs(np.fft.rfft(samples - samples.mean())) ** 2
     power = smooth(power, 5)
     power[:4] = 0.0

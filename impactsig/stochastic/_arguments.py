@@ -1,4 +1,4 @@
-"""Arguments that ensembles and single paths share."""
+"""Arguments shared by ensembles and single paths."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class Course:
-    """How long to look at an oscillator, from where, and in which steps.
+    """Duration, start and step of a simulation under noise.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ def course(
     every: float | None,
     look: int,
 ) -> Course:
-    """The arguments of `simulate_ensemble` and of a path, checked.
+    """Validate the arguments of `simulate_ensemble` and of a single path.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def course(
 def starts(
     oscillator: Oscillator, paths: int, initial: Any, phase: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities at t = 0, relative to the stops.
+    """Initial positions and velocities, relative to the stops.
 
     Raises
     ------

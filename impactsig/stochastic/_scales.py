@@ -1,4 +1,4 @@
-"""How fast an oscillator is, and where its motion goes: what step and bins follow from."""
+"""Time scales and ranges of a motion under noise, from which step and bins follow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TRIES = 60
 
 @dataclass(frozen=True)
 class Survey:
-    """What a few short paths have shown.
+    """Scales and ranges found by a few short paths.
 
     Attributes
     ----------
@@ -55,14 +55,14 @@ class Survey:
 
     @property
     def default(self) -> float:
-        """The default step, in the oscillator's unit of time: two digits of a fifth of a scale."""
+        """The default step in the oscillator's unit of time: a fifth of a scale, to two digits."""
         step = FINE / self.rate
         digit = 10.0 ** (math.floor(math.log10(step)) - 1)
         return math.floor(step / digit * (1 + 1e-9)) * digit
 
 
 def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
-    """Rates that the numbers of an oscillator tell, and whose they are."""
+    """Rates that follow from the oscillator's parameters, with their names."""
     mass, stiffness, damping = oscillator.mass, oscillator.stiffness, oscillator.damping
     rates = [
         (oscillator.angular_natural_frequency, "the natural oscillation"),
@@ -87,7 +87,7 @@ def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
 
 
 def _stiffened(oscillator: Oscillator) -> float:
-    """Rate of an oscillator whose stiffness is off by three deviations; under white noise, of v."""
+    """Rate of an oscillator whose stiffness is increased by three standard deviations."""
     if deviation := filtered_deviation(oscillator):
         return math.sqrt(oscillator.stiffness / oscillator.mass + 3 * deviation)
     assert oscillator.noise is not None
@@ -98,7 +98,7 @@ def _stiffened(oscillator: Oscillator) -> float:
 def survey(
     oscillator: Oscillator, span: float, q: np.ndarray, v: np.ndarray, phase: float
 ) -> Survey:
-    """Look at a few short paths from the first of the starts, with a step that suits them.
+    """Simulate a few short paths from the first starts, with a suitable step.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def survey(
 def _rates_met(
     oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
 ) -> list[tuple[float, str]]:
-    """Rates that show in the motion only: of what is not linear, and of flights."""
+    """Rates that only the motion shows: of nonlinear forces and of flights."""
     from .paths.accumulating import local_rates
 
     p, law = group.mover.problem, group.mover.functions.law
@@ -173,7 +173,7 @@ def _rates_met(
 def _ranges(
     oscillator: Oscillator, group: Group, seen: np.ndarray, apart: float
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
-    """Of energy, displacement and velocity, with room for what a few short paths have not met."""
+    """Ranges of energy, displacement and velocity, with a margin beyond the short paths."""
     from .paths.accumulating import energies
 
     p, law = group.mover.problem, group.mover.functions.law

@@ -1,4 +1,4 @@
-"""Probability densities as an ensemble gives them: histograms with the doubt of each cell."""
+"""Probability densities of an ensemble: histograms with standard errors."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Density(Shown):
 
     @property
     def centers(self) -> np.ndarray:
-        """Middles of the cells."""
+        """Centres of the cells."""
         return (self.edges[1:] + self.edges[:-1]) / 2
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -120,7 +120,7 @@ class JointDensity(Shown):
 def shares(
     counts: np.ndarray, squares: np.ndarray, looks: int, paths: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Share of each cell in what was seen, and its standard error from the scatter of the paths.
+    """Probability of each cell, and its standard error from the scatter between paths.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def shares(
 
 
 def moments(one: np.ndarray, two: np.ndarray) -> tuple[float, float, float, float]:
-    """Mean and deviation of a quantity, and their standard errors.
+    """Mean and standard deviation of a quantity, with standard errors.
 
     Parameters
     ----------

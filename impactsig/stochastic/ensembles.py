@@ -1,4 +1,4 @@
-"""Many paths of an oscillator under a random force: densities and moments, and no path kept."""
+"""Ensembles: densities and moments of many paths, of which none is stored."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ QUANTITIES = ("energy", "displacement", "velocity")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Ensemble(Shown):
-    """What many paths of an oscillator under a random force have in common.
+    """Statistics of many paths of an oscillator under noise.
 
     Times are in seconds, displacements, velocities and energies in the oscillator's own units.
     Every standard error is from the scatter between the paths, which are independent.
@@ -144,7 +144,7 @@ def simulate_ensemble(
     velocity_range: tuple[float, float] | None = None,
     workers: int | None = None,
 ) -> Ensemble:
-    """Move many paths of an oscillator under its noise; count where they are, and keep none.
+    """Simulate many paths of an oscillator under noise, and estimate densities and moments.
 
     The same seed gives the same bits, whatever the number of threads: path k draws its noise from
     a generator that counts, keyed by the seed and k [SalmonEtAl2011]_.
@@ -241,7 +241,7 @@ def simulate_ensemble(
 
 @dataclass
 class _Part:
-    """What one group of paths has left."""
+    """Counts and sums of one group of paths."""
 
     counts: list[np.ndarray]
     squares: list[np.ndarray]
@@ -266,7 +266,7 @@ def _edges(name: str, given: Any, known: tuple[float, float], bins: int) -> np.n
 def _look_at(
     mover: Mover, found: Course, table: Potential, edges: list[np.ndarray], first: int, last: int
 ) -> _Part:
-    """Move a group of paths to the end, and keep what the result is made of."""
+    """Simulate a group of paths to the end, and accumulate its counts."""
     from .paths.accumulating import energies, keep
 
     paths = np.arange(first, last)
@@ -318,7 +318,7 @@ def _gather(
     edges: list[np.ndarray],
     parts: list[_Part],
 ) -> Ensemble:
-    """The result, from what the groups have left, in their order."""
+    """Combine the counts of all groups, in their order."""
     unit, looks = oscillator.time_unit, found.looks
     sums = np.concatenate([part.sums for part in parts]) / looks
     courses = np.concatenate([part.course for part in parts])
@@ -377,7 +377,7 @@ def _gather(
 
 
 def _in_errors(change: np.ndarray | None) -> float:
-    """Mean of independent values by its standard error; 0 where there is nothing to tell."""
+    """Mean of independent values in units of its standard error; 0 if undefined."""
     if change is None:
         return 0.0
     error = float(change.std(ddof=1)) / math.sqrt(len(change))

@@ -1,4 +1,4 @@
-"""One path of an oscillator under a random force."""
+"""One simulated path of an oscillator under noise."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROOM = 1 << 16  # impacts that a visit has room for
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NoisyMotion(Shown):
-    """One path of an oscillator under noise, as it was seen at equal intervals.
+    """One simulated path of an oscillator under noise, sampled at equal intervals.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class NoisyMotion(Shown):
         return self.start + self.duration
 
     def sample(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity at instants at which it was looked at.
+        """Displacement and velocity at the sampled instants.
 
         Between them only a probability is known, so no others are given.
 
@@ -159,7 +159,7 @@ def move(
     step: float | None = None,
     every: float | None = None,
 ) -> NoisyMotion:
-    """One path of an oscillator under its noise, step by step."""
+    """Simulate one path of an oscillator under noise, step by step."""
     from .paths.equation import SPEED, WHICH
 
     path = whole("path", path, 0)

@@ -1,1 +1,1 @@
-"""Motions under control: the force, delays, kicks at impacts."""
+"""Simulation under control: control force, delay lines, parameter changes at impacts."""

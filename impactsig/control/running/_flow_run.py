@@ -1,4 +1,4 @@
-"""Kernel: a flow under delayed feedback.
+"""Kernel for a flow under delayed feedback.
 
 As `_run`, for any number of coordinates and without impacts, by the steps of
 `simulate._flow_steps`. The feedback is added to the rate of the coordinate that it is of.
@@ -32,7 +32,7 @@ HUGE = 1e6  # times what it was without control: on its way to infinity
 
 @inner
 def write(feedback, line, past, room, region, tab, s, count, h, y, size):
-    """Write the courses of the step just taken."""
+    """Store the polynomials of the last step in the delay line."""
     course = line.course[count[ROWS] - 1]
     for n in range(size):
         own = course[COORDINATES + n]
@@ -46,7 +46,7 @@ def write(feedback, line, past, room, region, tab, s, count, h, y, size):
 def run(
     tab, field, s, course, fb, line, room, laps, clock, count, greatest, end_turns, end_phase, most
 ):
-    """Move to the end; to be called again when the line is full.
+    """Advance to the end; to be called again when the delay line is full.
 
     `greatest` holds the greatest coordinate that there was without control.
     """

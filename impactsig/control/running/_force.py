@@ -1,4 +1,4 @@
-"""Kernels: the control force over a step, as a polynomial, and where it reaches its limit."""
+"""Kernels for the control force over a step, as a polynomial, and for reaching its limit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NONE = 2.0  # a share of a step at which nothing happens
 
 
 class Room(NamedTuple):
-    """Room for the force over a step."""
+    """Work arrays for the force over a step."""
 
     nodes: np.ndarray  # (DEGREE + 1,) shares of a step
     fit: np.ndarray  # (DEGREE + 1, same) from values at the nodes to Bernstein coefficients
@@ -27,13 +27,13 @@ class Room(NamedTuple):
 
 @inlined
 def signal_of(feedback, x, v):
-    """What is fed back of an oscillator."""
+    """The signal of an oscillator that is fed back."""
     return v if feedback.signal == VELOCITY else x
 
 
 @inner
 def feed(feedback, line, past, room, region, h, course):
-    """Write what is fed back from the step, and the control force in it.
+    """Compute the delayed signal and the control force over the step.
 
     What is fed back is the signal and, where there is a memory, the share of it of what was fed
     back one delay before, which is fitted by a polynomial.
@@ -56,7 +56,7 @@ def feed(feedback, line, past, room, region, h, course):
 
 @inner
 def bound(feedback, room, region, edge):
-    """Where in the step the force reaches its limit, or comes back from it; and which limit.
+    """First share of the step at which the force reaches or leaves its limit, and which limit.
 
     `edge` is the limit at which the step began, which its first root is not. Last it tells whether
     the force goes from there to the other side than the region is.

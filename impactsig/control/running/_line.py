@@ -1,4 +1,4 @@
-"""Kernels: the delay line, what a motion did step by step, as polynomials.
+"""Kernels for the delay line: the motion, step by step, as polynomials.
 
 A step is a row (`simulate._delay.Line`). Steps end where what is fed back is not smooth, one delay
 later again, so that no polynomial ever reaches across such a place.
@@ -14,7 +14,7 @@ from ...simulate.basis.tableau import DEGREE
 
 @inner
 def cut(c, share):
-    """Make the polynomial that of the first share of its step."""
+    """Restrict the polynomial to the first share of its step."""
     for n in range(1, DEGREE + 1):
         for i in range(DEGREE, n - 1, -1):
             c[i] = c[i - 1] + share * (c[i] - c[i - 1])
@@ -28,7 +28,7 @@ def since(line, j, turns, phase):
 
 @kernel
 def locate(line, number, turns, phase):
-    """The last of so many steps that begins at an instant or before it, or 0."""
+    """Index of the last step that begins at an instant or before it, or 0."""
     low, high = 0, number
     while high - low > 1:
         middle = (low + high) // 2
@@ -41,7 +41,7 @@ def locate(line, number, turns, phase):
 
 @kernel
 def sample(line, number, turns, phase, which, out):
-    """A course at instants, in any order, within the steps."""
+    """Evaluate a coordinate of the delay line at instants, in any order."""
     for n in range(len(turns)):
         j = locate(line, number, turns[n], phase[n])
         share = since(line, j, turns[n], phase[n]) / line.when[j, LENGTH]

@@ -1,4 +1,4 @@
-"""Kernels: how a run reads the delay line and writes it, row by row.
+"""Kernels that read and write the delay line row by row.
 
 A row ends where the control force reaches its limit or comes back from it, and one delay after
 each place where what is fed back was not smooth; each time an order smoother, until the method
@@ -26,7 +26,7 @@ REACHED = 1e-14  # of the phase: rounding
 
 @inner
 def recall(feedback, line, count, clock):
-    """Where what is fed back is found now, and the time for which it is smooth."""
+    """Locate the delayed signal, and the time for which it is smooth."""
     number = count[ROWS]
     if not feedback.on:
         return Past(0, 0, 0, 0.0), math.inf
@@ -53,7 +53,7 @@ def recall(feedback, line, count, clock):
 
 @inner
 def side_of_limit(feedback, line, past, count, own):
-    """The limit that the force is beyond, or 0; and the limit that it is just at, or 0."""
+    """The limit that the force exceeds, and the limit that it is exactly at; 0 if none."""
     region, edge = 0, 0
     if feedback.on:
         control = feedback.gain * (read(feedback, line, past, 0.0) - own)
@@ -68,7 +68,7 @@ def side_of_limit(feedback, line, past, count, own):
 
 @inner
 def begin_row(line, count, clock, h):
-    """A row for a step of h from now; its courses are `line.course[count[ROWS] - 1]`."""
+    """Begin a row for a step of h; its polynomials are `line.course[count[ROWS] - 1]`."""
     j = count[ROWS]
     line.when[j, TURNS], line.when[j, PHASE], line.when[j, LENGTH] = (
         clock[TURNS],
@@ -82,7 +82,7 @@ def begin_row(line, count, clock, h):
 
 @inner
 def rest_row(feedback, line, past, room, region, count, clock, h, x):
-    """A row of length h in which the mass rests."""
+    """Write a row of length h in which the mass is at rest."""
     begin_row(line, count, clock, h)
     course = line.course[count[ROWS] - 1]
     for n in range(DEGREE + 1):
@@ -101,14 +101,14 @@ def end_row(line, count, share):
 
 @inner
 def cross_limit(line, laps, count, share, region, side):
-    """End the row where the force reaches a limit, or comes back from it."""
+    """End the row where the force reaches or leaves a limit."""
     end_row(line, count, share)
     mark_limit(laps, count, region, side)
 
 
 @inner
 def mark_limit(laps, count, region, side):
-    """Count that the force is at a limit now: where the next row begins is no smooth place."""
+    """Record that the force is at a limit, so that the next row does not begin smoothly."""
     count[EDGE] = side
     count[REGION] = side if region == 0 else 0
     count[LAPS] = laps[1]
@@ -116,7 +116,7 @@ def mark_limit(laps, count, region, side):
 
 @inner
 def turn_back(line, count, region, edge):
-    """Forget the row: at its limit the force turned back, and it is to be on that side of it."""
+    """Discard the row: the force turned back at its limit, and stays on this side of it."""
     count[ROWS] -= 1
     count[LAPS] = line.laps[count[ROWS]]
     count[REGION], count[EDGE] = edge if region == 0 else 0, edge

@@ -1,4 +1,4 @@
-"""Kernel: an oscillator under delayed feedback, from event to event.
+"""Kernel for an oscillator under delayed feedback, from event to event.
 
 As `simulate._stepping`, by the same steps, contacts and rows of events, with the control force
 among what acts. Beside the events of the oscillator a step ends where the rows of the delay line
@@ -73,7 +73,7 @@ ROOM = 4  # rows that one pass may write
 
 @inner
 def write(feedback, line, past, room, region, s, leg, count, h, y, v):
-    """Write the courses of the step just taken; `s.q`, `s.v` hold what they gain."""
+    """Store the polynomials of the last step; `s.q`, `s.v` hold its increments."""
     course = line.course[count[ROWS] - 1]
     for n in range(DEGREE + 1):
         course[DISPLACEMENT, n] = y + s.q[n] + leg.origin
@@ -85,7 +85,7 @@ def write(feedback, line, past, room, region, s, leg, count, h, y, v):
 def run(
     p, tab, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most
 ):
-    """Move to the end phase, writing events and the delay line; to be called again when full.
+    """Advance to the end phase, writing events and the delay line; call again when they are full.
 
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.

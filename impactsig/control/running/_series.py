@@ -1,4 +1,4 @@
-"""Kernels: a piecewise linear oscillator under delayed feedback, by power series.
+"""Kernels for a piecewise linear oscillator under delayed feedback, by power series.
 
 Between the places where what is fed back is not smooth the equation of motion is linear, and what
 is fed back is a polynomial, as it comes from such a step one delay before. So a step is the Taylor
@@ -31,7 +31,7 @@ NEAR = 1e-12  # share of a step whose powers do not underflow
 
 
 class SeriesRoom(NamedTuple):
-    """Room for a step."""
+    """Work arrays for a step."""
 
     nodes: np.ndarray  # (FIT + 1,) shares of a step
     fit: np.ndarray  # (FIT + 1, same) from values at nodes, a row each, to Chebyshev coefficients
@@ -50,7 +50,7 @@ class SeriesRoom(NamedTuple):
 
 @inlined
 def delayed_series(feedback, line, past, room, h, whole):
-    """Write what is fed back from one delay before to `room.late`; the step, which may be shorter.
+    """Write the delayed signal of the step to `room.late`; returns the step, perhaps shortened.
 
     A step within one row takes that row's polynomial as it is. One over several is fitted, and made
     shorter where that is no good; unless it is to be taken `whole`.
@@ -78,7 +78,7 @@ def delayed_series(feedback, line, past, room, h, whole):
 
 @inlined
 def part(room, c, start, length, out):
-    """The polynomial on a part of its step, as one of the share of that part."""
+    """Reparametrise a polynomial to a part of its step."""
     for n in range(ORDER + 1):
         out[n] = c[n]
     if start > NEAR:
@@ -103,7 +103,7 @@ def part(room, c, start, length, out):
 
 @inlined
 def scale(c, share):
-    """Make the polynomial that of the first share of its step."""
+    """Reparametrise a polynomial to the first share of its step."""
     power = 1.0
     for n in range(1, len(c)):
         power *= share
@@ -112,7 +112,7 @@ def scale(c, share):
 
 @inlined
 def fitted(feedback, line, past, room, h):
-    """Fit `room.late` through what is fed back within h; whether that is as good as rounding."""
+    """Fit `room.late` to the delayed signal within h; whether it is accurate to rounding."""
     values, terms, late = room.values[0], room.values[1], room.late
     # All nodes within a row at once.
     j, begun, first = past.step, -past.offset, 0
@@ -145,7 +145,7 @@ def fitted(feedback, line, past, room, h):
 
 @inlined
 def longest_step(leg, feedback, fastest):
-    """A step for which the series ends within its terms."""
+    """Longest step over which the truncated series is accurate."""
     stiffness, damping = leg.kappa, leg.damping
     if feedback.on:
         if feedback.signal == VELOCITY:
@@ -157,7 +157,7 @@ def longest_step(leg, feedback, fastest):
 
 @inlined
 def expand(leg, waves, feedback, room, region, h, y, v):
-    """The series of position and velocity over a step of h."""
+    """Power series of position and velocity over a step of h."""
     q, u = room.q, room.v
     stiffness, damping, gain = leg.kappa, leg.damping, 0.0
     constant = leg.constant
@@ -193,7 +193,7 @@ def expand(leg, waves, feedback, room, region, h, y, v):
 
 @inlined
 def write_series(feedback, line, room, region, row, place):
-    """Write the courses of a row; positions count from `place`."""
+    """Store the polynomials of a row; positions are relative to `place`."""
     course = line.course[row]
     x, u, signal, push = course[DISPLACEMENT], course[VELOCITY], course[SIGNAL], course[FORCE]
     for n in range(ORDER + 1):

@@ -1,4 +1,4 @@
-"""Kernels: where a series comes to an event, or the control force to its limit."""
+"""Kernels for the first event within a power series, and for the control force at its limit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .series import ORDER
 
 @inlined
 def lower_bound(c, zeros):
-    """Of a polynomial from the power `zeros` on: of its parabola, and of all further terms."""
+    """Lower bound of a polynomial from the power `zeros` on: parabola minus all further terms."""
     slope, bend = c[zeros + 1], c[zeros + 2]
     least = min(0.0, slope + bend)
     if bend > 0 and -2 * bend < slope < 0:
@@ -26,7 +26,7 @@ def lower_bound(c, zeros):
 
 @inner
 def root_of(c, stack, bernstein, zeros):
-    """First root in (0, 1] of a polynomial, past so many at 0; or `NONE`."""
+    """First root in (0, 1] of a polynomial, past `zeros` roots at 0; or `NONE`."""
     degree = ORDER - zeros
     if lower_bound(c, zeros) > 0:
         return NONE
@@ -58,7 +58,7 @@ def root_of(c, stack, bernstein, zeros):
 
 @inlined
 def series_event(room, row):
-    """First root of an event function over the step, past those where it starts."""
+    """First root of an event function over the step, past those at its start."""
     zeros = int(row[ZEROS])
     if zeros == STILL:
         return NONE
@@ -71,7 +71,7 @@ def series_event(room, row):
 
 @inlined
 def series_bound(feedback, room, region, edge):
-    """As `_force.bound`: where the force reaches its limit, or comes back from it; and which."""
+    """As `_force.bound`, for power series."""
     at, which, wrong = NONE, 0, False
     if not (feedback.on and feedback.limit < math.inf):
         return at, which, wrong

@@ -1,4 +1,4 @@
-"""Kernel: a piecewise linear oscillator under delayed feedback, from event to event.
+"""Kernel for a piecewise linear oscillator under delayed feedback, from event to event.
 
 As `_run`, by the same contacts, rows and events, but with the steps of `_series`.
 """
@@ -67,7 +67,7 @@ ROOM = 4  # rows that one pass may write
 
 @inlined
 def gain_of(c, share):
-    """What a polynomial gains over a share of its step."""
+    """Increment of a polynomial over a share of its step."""
     value = 0.0
     for n in range(len(c) - 1, 0, -1):
         value = (value + c[n]) * share
@@ -85,7 +85,7 @@ def end_series(line, count, share):
 
 @inner
 def rest_series(feedback, line, past, room, region, count, clock, h, x):
-    """A row of length h in which the mass rests."""
+    """Write a row of length h in which the mass is at rest."""
     delayed_series(feedback, line, past, room, h, True)
     room.q[:] = 0.0
     room.v[:] = 0.0
@@ -96,7 +96,7 @@ def rest_series(feedback, line, past, room, region, count, clock, h, x):
 
 @kernel
 def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most):
-    """Move to the end phase, writing events and the delay line; to be called again when full.
+    """Advance to the end phase, writing events and the delay line; call again when they are full.
 
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.

@@ -1,4 +1,4 @@
-"""Kernels: what follows an event under delayed feedback, by steps or by series."""
+"""Kernels that handle events under delayed feedback, for steps and for series."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ._rows import LAPS, recall, side_of_limit
 
 @inlined
 def under(f, feedback, line, past, region):
-    """What acts, the control force among it."""
+    """The user's functions together with the control force."""
     return Functions(f.law, f.upper, f.lower, Control(feedback, line, past, region))
 
 
 @inner
 def settle(p, f, fb, line, laps, leg, s, clock, state, count, events, due, end_turns, end_phase):
-    """What follows the event function `due` of a step, which has ended there.
+    """Handle the event `due` that a step has ended at.
 
     Returns what `settle_event` does, where what is fed back is found, and the region of the force.
     """

@@ -1,4 +1,4 @@
-"""A flow from crossing to crossing of a level, its parameters moved at them."""
+"""A flow from crossing to crossing of a level, with parameters changed at crossings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...simulate.flows.course import Running, coordinate_of
 
 
 class Crossings:
-    """Finds the next upward crossing from a state, at the parameters that are set.
+    """Finds the next upward crossing from a state, with the current parameters.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ class Crossings:
             self.set(parameters)
 
     def set(self, parameters: Sequence[float]) -> None:
-        """Move the parameters."""
+        """Change the parameters."""
         for running in (self._finding, self._moving):
             running.field.parameters[:] = parameters
 
     def next(self, state: np.ndarray, time: float, end: float) -> tuple[float, np.ndarray] | None:
-        """When the next crossing is, and the state at it; None where none is before the end."""
+        """Time and state of the next crossing; None if there is none before the end."""
         from ...simulate.flows.flow_spikes import Task
 
         self._begin(self._finding, state, time)
@@ -63,7 +63,7 @@ class Crossings:
         return when, states[0]
 
     def between(self, state: np.ndarray, time: float, instants: np.ndarray) -> np.ndarray:
-        """States at instants, ascending, from a state on; fewer where the flow diverges."""
+        """States at ascending instants after a state; fewer if the flow diverges."""
         self._begin(self._moving, state, time)
         return self._moving.sample(instants)[0]
 

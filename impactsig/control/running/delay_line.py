@@ -1,4 +1,4 @@
-"""What a delay line tells afterwards: states, control force, effort, and peaks of contacts."""
+"""Evaluate a delay line: states, control force, effort, and peaks of contacts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DelayLine:
-    """What a motion did, step by step; fulfils `simulate._events.Engine` and `Effort`."""
+    """The motion stored in a delay line; implements `Engine` and `Effort`."""
 
     def __init__(self, engine: SteppingEngine, line: Line) -> None:
         self.engine = engine
@@ -30,7 +30,7 @@ class DelayLine:
         return self.engine.place(mode, q)
 
     def course(self, which: int, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """A course at instants, in the engine's units."""
+        """Evaluate a coordinate at instants, in the engine's units."""
         from ._line import sample
 
         out = np.empty(len(turns))
@@ -51,7 +51,7 @@ class DelayLine:
         return self.course(DISPLACEMENT, turns, phase), self.course(VELOCITY, turns, phase)
 
     def _basis(self, share: np.ndarray) -> np.ndarray:
-        """What the coefficients of a row count, at shares of it."""
+        """Values of the basis polynomials of a row, at shares of it."""
         if self.line.powers is None:
             return basis(share)
         return np.vander(share, self.line.course.shape[2], increasing=True)
@@ -117,7 +117,7 @@ class DelayLine:
 
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Force per mass of a soft stop; none where it is not reached."""
+    """Force per mass of a soft stop; 0 if it is not touched."""
     from ...simulate.basis.laws import HERTZ, hertz_loss, hertz_push, spring_push
 
     place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
@@ -130,7 +130,7 @@ def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -
 
 
 def _greatest(values: np.ndarray) -> float:
-    """Greatest value, between looks by the parabola through three."""
+    """Greatest value, refined by the parabola through three samples."""
     row, i = np.unravel_index(int(values.argmax()), values.shape)
     top = float(values[row, i])
     if 0 < i < values.shape[1] - 1:
@@ -141,7 +141,7 @@ def _greatest(values: np.ndarray) -> float:
 
 
 def basis(share: np.ndarray) -> np.ndarray:
-    """Bernstein's polynomials of degree 7 at shares of a step, shape (n, 8)."""
+    """Bernstein polynomials of degree 7 at shares of a step, shape (n, 8)."""
     k = np.arange(DEGREE + 1)
     binomial = np.array([math.comb(DEGREE, n) for n in k], float)
     share = np.asarray(share, float)[:, None]

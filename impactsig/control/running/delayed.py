@@ -1,4 +1,4 @@
-"""An oscillator under delayed feedback: what drives the kernels, and what looks into the line."""
+"""Simulation of an oscillator under delayed feedback: calls of the kernels, and the result."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ ORDER = 8  # of the method: what is smoother than that it takes no notice of
 
 
 class DelayedRun:
-    """A run from t = 0, one phase of the schedule after the other.
+    """A run from t = 0 through the phases of a schedule.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class DelayedRun:
         self._buffer = np.empty((CHUNK, COLUMNS))
 
     def to(self, until: float, feedback: Any) -> None:
-        """Move to `until` forcing periods under that feedback, from its beginning."""
+        """Advance to `until` forcing periods with a feedback that begins now."""
         from ._line import locate
         from ._rows import AT, EDGE, FIRST, LAPS
         from ._rows import ROWS as NUMBER
@@ -141,7 +141,7 @@ class DelayedRun:
         )
 
     def _kernel(self) -> Any:
-        """What moves it, given all but the oscillator."""
+        """The kernel with all arguments but those of the oscillator."""
         engine = self.engine
         if self._by_series:
             from ._series_run import run as by_series
@@ -152,23 +152,23 @@ class DelayedRun:
         return partial(run, engine._problem, engine._tableau, engine._functions, engine._scratch)
 
     def _laps_of(self, feedback: DelayedFeedback | None) -> np.ndarray:
-        """`laps_of` for the way it moves."""
+        """`laps_of` for the kernel in use."""
         if not self._by_series or feedback is None:
             return laps_of(feedback)
         return series_laps(self.feedback(feedback))
 
     def _new_line(self, rows: int) -> Line:
-        """Room for the delay line."""
+        """Allocate a delay line."""
         return new_line(rows, 2, SERIES if self._by_series else None)
 
     def _more_line(self) -> None:
-        """Make room for twice as many rows."""
+        """Double the size of the delay line."""
         longer = self._new_line(2 * self.number)
         keep_rows(self.line, longer, self.number)
         self.line = longer
 
     def motion(self) -> tuple[Motion, DelayLine]:
-        """The motion from t = 0 to here, and the line it was taken from."""
+        """The motion from t = 0 to the present, with its delay line."""
         number = self.number
         line: Any = DelayLine(self.engine, first_rows(self.line, number))
         rows = np.concatenate([[self.first], *self.rows])
@@ -179,7 +179,7 @@ class DelayedRun:
 
     @property
     def number(self) -> int:
-        """Rows of the line."""
+        """Number of rows of the delay line."""
         from ._rows import ROWS as NUMBER
 
         return int(self.count[NUMBER])
@@ -188,7 +188,7 @@ class DelayedRun:
 def run_delayed(
     oscillator: Oscillator, phases: tuple[Phase, ...], length: float, **options: Any
 ) -> tuple[Motion, DelayLine]:
-    """The motion of an oscillator under a schedule of feedbacks.
+    """Simulate an oscillator under a schedule of delayed feedbacks.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def run_delayed(
 
 
 def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
-    """For how many delays an event, and the reaching of the limit, is no smooth place of the force.
+    """Number of delays after which an event or a limit still makes the force not smooth.
 
     A jump of the velocity is one of the force a delay later, so of the acceleration, then of the
     first derivative of that ... The limit bends the force. Of displacements all this comes one
@@ -224,7 +224,7 @@ def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
 
 
 def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
-    """Room for a delay line, of polynomials in Bernstein form or of that degree in powers."""
+    """Allocate a delay line, of polynomials in Bernstein form or in powers of a degree."""
     from ...simulate.basis.delay import Line
 
     return Line(
@@ -236,21 +236,21 @@ def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
 
 
 def first_rows(line: Line, number: int) -> Line:
-    """So many rows of the line."""
+    """The first rows of the delay line."""
     return line._replace(
         when=line.when[:number], course=line.course[:number], laps=line.laps[:number]
     )
 
 
 def keep_rows(line: Line, longer: Line, number: int) -> None:
-    """Copy so many rows to a line with more room."""
+    """Copy rows to a larger delay line."""
     longer.when[:number] = line.when[:number]
     longer.course[:number] = line.course[:number]
     longer.laps[:number] = line.laps[:number]
 
 
 def new_room() -> Room:
-    """Room for the force over a step."""
+    """Allocate work arrays for the force over a step."""
     from ._force import Room
 
     nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2

@@ -1,4 +1,4 @@
-"""A flow under delayed feedback."""
+"""Simulation of a flow under delayed feedback."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
 
 class Kept(Protocol):
-    """What was kept of a controlled flow."""
+    """Protocol of the stored trajectory of a controlled flow."""
 
     def states(self, time: np.ndarray) -> np.ndarray:
         """States at times, shape (n, d)."""
 
     def force(self, time: np.ndarray) -> np.ndarray:
-        """What control adds at times, shape (n,)."""
+        """Control term at times, shape (n,)."""
 
 
 class KeptLine(NamedTuple):
-    """Where that is a delay line."""
+    """A trajectory stored in a delay line."""
 
     line: Line
     dimension: int
@@ -54,7 +54,7 @@ class KeptLine(NamedTuple):
         return np.stack(own, axis=-1)
 
     def force(self, time: np.ndarray) -> np.ndarray:
-        """What is added to the rate of the coordinate that is fed back."""
+        """Term added to the rate of the coordinate that is fed back."""
         from ...simulate.basis.delay import FORCE
 
         return self._course(FORCE, time)
@@ -72,7 +72,7 @@ class KeptLine(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlledFlowMotion(Shown):
-    """What a flow did under control.
+    """The simulated trajectory of a controlled flow.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class ControlledFlowMotion(Shown):
         return self._kept.states(time.ravel()).reshape(*time.shape, self.system.dimension)
 
     def force(self, time: Any) -> np.ndarray:
-        """What control adds, shape of `time`.
+        """Control term at any times of the span, shape of `time`.
 
         To the rate of the coordinate that is fed back, or to the parameter that is moved.
 
@@ -161,7 +161,7 @@ class ControlledFlowMotion(Shown):
 
 
 def number_of(flow: Flow, signal: str | int) -> int:
-    """Number of the coordinate that is fed back.
+    """Index of the coordinate that is fed back.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def control_flow(
     length: float,
     initial: Sequence[float] | None,
 ) -> ControlledFlowMotion:
-    """The course of a flow under a schedule of feedbacks."""
+    """Simulate a flow under a schedule of delayed feedbacks."""
     going = _Going(flow, initial)
     fed = [going.feedback(own) for _, own in phases]
     laps = np.max([laps_of(own) for _, own in phases], axis=0)
@@ -194,7 +194,7 @@ def control_flow(
 
 
 class _Going(Running):
-    """A flow under way, and its delay line."""
+    """A flow in progress, with its delay line."""
 
     def __init__(self, flow: Flow, initial: Sequence[float] | None) -> None:
         from ._rows import COUNTS
@@ -208,7 +208,7 @@ class _Going(Running):
         self.status = "complete"
 
     def feedback(self, own: DelayedFeedback | None) -> Feedback:
-        """In the kernel's terms."""
+        """The feedback in the kernel's units."""
         from ...simulate.basis.delay import Feedback
         from ._flow_run import COORDINATES
 
@@ -227,7 +227,7 @@ class _Going(Running):
         )
 
     def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
-        """Move to that time under that feedback, from its beginning."""
+        """Advance to a time with a feedback that begins now."""
         from ._flow_run import run
         from ._line import locate
         from ._rows import AT, EDGE, FIRST, LAPS
@@ -260,7 +260,7 @@ class _Going(Running):
         self.status = "work limit"
 
     def trajectory(self, phases: Any) -> ControlledFlowMotion:
-        """What there is."""
+        """The result."""
         from ._rows import ROWS as NUMBER
 
         number = int(self.count[NUMBER])

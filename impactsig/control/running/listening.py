@@ -1,4 +1,4 @@
-"""What a controller hears of a motion: spikes, one after the other."""
+"""The state of interval feedback: spikes one after another, and the parameter change."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Listener:
-    """How far the parameter is to be moved, spike by spike.
+    """Computes the parameter change, spike by spike.
 
     Parameters
     ----------
@@ -25,12 +25,12 @@ class Listener:
         self._besides = 0.0  # change besides the offset
 
     def hear(self, interval: float) -> None:
-        """A spike that ends an interval."""
+        """Take in a spike that ends an interval."""
         self._intervals.append(interval)
         del self._intervals[: max(len(self._intervals) - self._kept, 0)]
 
     def moved(self, time: float) -> tuple[Any, float]:
-        """The controller that is on, or None, and how far the parameter is moved from now on."""
+        """The active controller, or None, and the parameter change from now on."""
         k = int(np.searchsorted(self._starts, time, "right")) - 1
         own = self._phases[k][1] if k >= 0 else None
         before = self._besides if own is self._on else 0.0

@@ -1,4 +1,4 @@
-"""An oscillator under the method of Ott, Grebogi and Yorke: period by period by its engine."""
+"""Simulation of an oscillator under OGY control, period by period."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from ..ogy import OGY
 
 
 class Nudged:
-    """Engines of an oscillator with its parameter moved in spans; fulfils `Engine` and `Effort`.
+    """Engines of an oscillator whose parameter changes in spans; implements `Engine` and `Effort`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Nudged:
         return engine
 
     def period(self, turns: float, phase: float, how: Any, by: float) -> Engine:
-        """Begin a span with the parameter moved; the engine for it."""
+        """Begin a span with the parameter changed; returns its engine."""
         self.begins.append((turns, phase))
         self.by.append(by)
         self.how.append(how)
@@ -75,19 +75,19 @@ class Nudged:
         return self._made(how.nudged(self.oscillator, self.by[n]))
 
     def _which(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """The span that instants are in."""
+        """Index of the span that instants are in."""
         begins = np.array([turn * TURN + angle for turn, angle in self.begins])
         spans = np.searchsorted(begins, turns * TURN + phase, side="right") - 1
         return np.clip(spans, 0, len(self.by) - 1)
 
     def place(self, mode: Any, q: Any) -> Any:
-        """As of the engine: places do not depend on the parameter."""
+        """As the engine; positions do not depend on the parameter."""
         return self.engine.place(mode, q)
 
     def sample(
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity at instants, each by the engine of its period."""
+        """Position and velocity at instants, each by the engine of its span."""
         own = self._which(*rows[where, :2].T)
         own = np.where(np.array(self.by)[own] == 0.0, -1, own)
         q, v = np.empty(len(turns)), np.empty(len(turns))
@@ -100,7 +100,7 @@ class Nudged:
     def peaks(
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
-        """Greatest force of contacts, each by the engine of the period in which it began."""
+        """Greatest force of contacts, each by the engine of the span in which it began."""
         out = np.full(len(first), -np.inf)
         for n, (a, b) in enumerate(zip(first, last, strict=True)):
             out[n] = self._of(int(self._which(*rows[a : a + 1, :2].T)[0])).peaks(
@@ -118,7 +118,7 @@ class Nudged:
 
     @property
     def _pace(self) -> float:
-        """Frequency of the force whose amplitude is moved, over that of the reference."""
+        """Frequency of the force whose amplitude is changed, over the reference frequency."""
         forces = self.oscillator.forces
         return multiple(self.oscillator, forces[0].angular_frequency) if forces else 1.0
 
@@ -148,7 +148,7 @@ class Nudged:
 
 
 class SpannedRun:
-    """A run whose parameter is moved in spans: its engines, where it stands and its rows.
+    """A run whose parameter changes in spans: engines, state and event rows.
 
     Parameters
     ----------
@@ -179,12 +179,12 @@ class SpannedRun:
         self._starts = np.array([start for start, _ in phases])
 
     def controller(self, time: float) -> Any:
-        """What is on at a time [forcing periods]; None where nothing is."""
+        """The controller that is active at a time [forcing periods], or None."""
         k = int(np.searchsorted(self._starts, time, "right")) - 1
         return self._phases[k][1] if k >= 0 else None
 
     def span(self, how: Any, by: float, *, marked: bool) -> Engine:
-        """Begin a span with the parameter moved, with rows to sample it from; its engine."""
+        """Begin a span with the parameter changed, and a row to sample from; returns its engine."""
         engine = self.engines.period(self.clock[TURNS], self.clock[PHASE], how, by)
         if marked:  # one that begins at rest ends a stick and begins one
             kinds = (RELEASE, STICK) if self.count[STUCK] else (MARK,)
@@ -195,7 +195,7 @@ class SpannedRun:
     def run(
         self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
     ) -> tuple[int, np.ndarray]:
-        """Run once, until the end or until the buffer is full: the status, and the new rows."""
+        """Call the engine once, to the end or a full buffer: status and new rows."""
         found = engine.run(self.clock, self.state, self.count, buffer, *end, legs)
         self._rows.append(buffer[: self.count[ROW_COUNT]].copy())
         return found, self._rows[-1]
@@ -203,7 +203,7 @@ class SpannedRun:
     def run_on(
         self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
     ) -> int:
-        """Run until the end, however often the buffer is full: the status."""
+        """Call the engine until the end, however often the buffer fills: status."""
 
         def on(left: int) -> int:
             return engine.run(self.clock, self.state, self.count, buffer, *end, left)
@@ -229,7 +229,7 @@ def run_nudged(
     phase: float,
     **options: Any,
 ) -> tuple[Motion, Nudged]:
-    """The motion of an oscillator whose parameter is moved once in a period."""
+    """Simulate an oscillator under OGY control."""
     going = SpannedRun(oscillator, phases, phase=phase, **options)
     engines, state = going.engines, going.state
     buffer, found = np.empty((CHUNK, COLUMNS)), DONE
@@ -249,7 +249,7 @@ def run_nudged(
 
 
 def nudge(how: OGY, state: np.ndarray) -> tuple[float, np.ndarray]:
-    """How far to move the parameter for a state at the section, and what it goes by."""
+    """The parameter change for a state at the section, and the deviation that it is based on."""
     scale = np.array([1.0, 1 / how.orbit.system.angular_forcing_frequency])
     k = int(np.argmin(np.hypot(*((how.points - state) * scale).T)))
     by = -float(how.gain[k] @ (state - how.points[k]))

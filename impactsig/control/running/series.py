@@ -1,4 +1,4 @@
-"""What the kernels of `_series` are given: their sizes, their room, and where steps must end."""
+"""Arguments of the kernels of `_series`: sizes, work arrays, and instants where steps end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_LAPS = 40
 
 
 def series_laps(feedback: Feedback) -> np.ndarray:
-    """For how many delays an event, and the reaching of the limit, is no smooth place of the force.
+    """Number of delays after which an event or a limit still makes the force not smooth.
 
     m delays after a jump of the velocity the force under feedback of it has a jump gain^m times as
     high in its derivative of order m - 1, and under feedback of the displacement in that of order
@@ -46,7 +46,7 @@ def series_laps(feedback: Feedback) -> np.ndarray:
 
 
 def series_room() -> SeriesRoom:
-    """Room for a step."""
+    """Allocate work arrays for a step."""
     from ._series import SeriesRoom
 
     nodes, fit, shifted, inverse, binomial, bernstein = _tables()
@@ -69,7 +69,7 @@ def series_room() -> SeriesRoom:
 
 @lru_cache(maxsize=1)
 def _tables() -> tuple[np.ndarray, ...]:
-    """The numbers in it that never change."""
+    """The constant tables among them."""
     n = np.arange(FIT + 1)
     nodes = (1 - np.cos(np.pi * n / FIT)) / 2
     fit = np.linalg.inv(chebyshev.chebvander(2 * nodes - 1, FIT))

@@ -1,4 +1,4 @@
-"""An oscillator whose parameter is moved at impacts: from impact to impact by its engine."""
+"""Simulation of an oscillator whose parameter changes at impacts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def run_spiked(
     phase: float,
     **options: Any,
 ) -> tuple[Motion, Nudged]:
-    """The motion of an oscillator whose parameter is moved once at each impact."""
+    """Simulate an oscillator under interval feedback, with one parameter change per impact."""
     going = SpannedRun(oscillator, phases, phase=phase, **options)
     clock, buffer, end = going.clock, np.empty((SMALL, COLUMNS)), after(phase, length)
     listener = Listener(phases)

@@ -1,4 +1,4 @@
-"""A flow whose parameter is moved at the crossings of a level: from crossing to crossing."""
+"""Simulation of a flow whose parameter changes at crossings of a level."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .listening import Listener
 
 
 class Spans:
-    """The course of a flow whose parameter is moved in spans; fulfils `Kept`."""
+    """A trajectory of a flow whose parameter changes in spans; implements `Kept`."""
 
     def __init__(self, crossings: Crossings, flow: Flow) -> None:
         self._crossings, self._flow = crossings, flow
@@ -26,7 +26,7 @@ class Spans:
         self._by: list[float] = []
 
     def begin(self, time: float, state: np.ndarray, own: Any, by: float) -> None:
-        """Begin a span with the parameter moved."""
+        """Begin a span with the parameter changed."""
         moved = self._flow if by == 0.0 else own.nudged(self._flow, by)
         self._crossings.set(moved.parameters)
         self.begins.append(time)
@@ -47,7 +47,7 @@ class Spans:
         return out[back.ravel()]
 
     def force(self, time: np.ndarray) -> np.ndarray:
-        """How far the parameter is moved at times."""
+        """Parameter change at times."""
         return np.array(self._by)[self._which(time)]
 
     def _which(self, time: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ def control_flow_by_intervals(
     length: float,
     initial: Sequence[float] | None,
 ) -> ControlledFlowMotion:
-    """The course of a flow whose parameter is moved once at each crossing."""
+    """Simulate a flow under interval feedback, with one parameter change per crossing."""
     first = next(own for _, own in phases if own is not None)
     crossings = Crossings(flow, first.signal, first.level)
     listener, spans = Listener(phases), Spans(crossings, flow)

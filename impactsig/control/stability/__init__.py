@@ -1,1 +1,1 @@
-"""Whether a controlled orbit is stable: maps and their derivatives."""
+"""Stability of controlled orbits: maps and their derivatives."""

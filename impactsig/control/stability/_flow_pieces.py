@@ -1,4 +1,4 @@
-"""The linearised course of a flow about a periodic orbit, under delayed feedback."""
+"""Linearisation of a flow about a periodic orbit, under delayed feedback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._variation import State, Variation, laps_in, moving
 
 
 def of_flow(orbit: FlowOrbit, feedback: DelayedFeedback) -> Variation:
-    """The map of the differences from an orbit of a flow.
+    """The linearised map of deviations from an orbit of a flow.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A machine under the method of Ott, Grebogi and Yorke, period by period, with its derivative.
+"""An oscillator under OGY control, period by period, with the derivative of each period.
 
 From one section to the next the state s goes to F(s, p), and p = -gain . (s - s_k) where it is
 within the limit, else 0. So differences go by the slope of F by s, less shift gain' where the
@@ -26,7 +26,7 @@ FINEST = 1e-9  # share of the size of a parameter, below which no side steps kee
 
 
 class Lap(NamedTuple):
-    """One forcing period, or what is left of one at the end."""
+    """One forcing period, or the last part of one."""
 
     here: TangentMap  # with the parameter held
     matrix: np.ndarray
@@ -38,7 +38,7 @@ def laps(
     oscillator: Oscillator, phases: tuple[Phase, ...], length: float, initial: Any,
     **options: Any,
 ) -> Iterator[Lap]:  # fmt: skip
-    """The periods of a motion from t = 0 on, as far as it comes."""
+    """The periods of a motion from t = 0 on, as far as it gets."""
     state = (0.0, 0.0) if initial is None else initial
     starts = [start for start, _ in phases]
     for n in range(math.ceil(length - 1e-12)):
@@ -64,7 +64,7 @@ def laps(
 
 
 def _determinant(here: TangentMap) -> float:
-    """Its determinant, which impacts and damping leave positive."""
+    """Determinant of the derivative; positive under impacts and damping."""
     if math.isnan(here.log_determinant):
         return float(np.linalg.det(here.matrix))
     return math.exp(here.log_determinant)
@@ -74,7 +74,7 @@ def _shift(
     how: OGY, oscillator: Oscillator, by: float, state: Any, here: TangentMap, part: float,
     options: dict[str, Any],
 ) -> np.ndarray | None:  # fmt: skip
-    """Slope of the state after a period by the parameter; None beside a grazing.
+    """Derivative of the state after a period by the parameter; None near a grazing impact.
 
     The side steps shrink until all of them have the impacts of the motion itself.
     """
@@ -97,7 +97,7 @@ def _shift(
 
 
 def whole_length(oscillator: Oscillator, periods: Any, duration: Any) -> float:
-    """How many forcing periods are asked for.
+    """Number of forcing periods asked for.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The linearised motion of an oscillator about a periodic orbit, under delayed feedback."""
+"""Linearisation of an oscillator about a periodic orbit, under delayed feedback."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ LONGEST = TURN / 2  # of a piece
 
 
 class Leg(NamedTuple):
-    """What acts between two events."""
+    """The contacts and the direction of sliding between two events."""
 
     pressed: list[Any]  # soft stops that are pressed on
     way: int  # in which the mass slides, 1 or -1; 0 where it rests
@@ -44,7 +44,7 @@ class Leg(NamedTuple):
 
 
 def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
-    """The map of the differences from an orbit of an oscillator.
+    """The linearised map of deviations from an orbit of an oscillator.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
 
 
 class Pieces:
-    """The pieces of a motion along an orbit, in the engine's units, against the stops."""
+    """The pieces of an orbit between events, in the engine's units, relative to the stops."""
 
     def __init__(self, motion: Any, feedback: DelayedFeedback) -> None:
         self.motion = motion
@@ -91,7 +91,7 @@ class Pieces:
         self.kinetic = friction.kinetic / self.inertia if friction else 0.0
 
     def all(self) -> list[Piece]:
-        """From the section to the section."""
+        """The pieces from section to section."""
         motion = self.motion
         rows = motion._segments
         events = rows[np.isin(rows[:, ROW_KIND], (IMPACT, TOUCH, PART, REVERSE, STICK, RELEASE))]
@@ -121,14 +121,14 @@ class Pieces:
         return out
 
     def _relative(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity of the orbit against the stops."""
+        """Position and velocity of the orbit relative to the stops."""
         turns = np.floor(angle / TURN)
         x, v = self.motion._at(turns, angle - TURN * turns)
         at, moving = base_motion(self.oscillator, pace(self.oscillator) * angle)
         return x - at, (v - moving) / self.omega
 
     def _holder(self, angle: float) -> str:
-        """What holds a mass that sticks."""
+        """The stop or friction that holds a mass at rest."""
         if self.oscillator.friction is None:
             return "stop"
         q = self._relative(np.array([angle]))[0][0]
@@ -137,7 +137,7 @@ class Pieces:
         return "stop" if any(abs(q - at) <= near for at in rigid) else "friction"
 
     def _pressed(self, angle: float) -> set[int]:
-        """Numbers of the soft stops that are pressed on where the orbit begins."""
+        """Indices of the soft stops in contact where the orbit begins."""
         q, v = (own[0] for own in self._relative(np.array([angle])))
         found = set()
         for k, stop in enumerate(self.oscillator.stops):
@@ -155,7 +155,7 @@ class Pieces:
         return Leg(stops, 0 if held else int(np.sign(v)), held)
 
     def acceleration(self, angle: Any, q: Any, v: Any, pressed: Any, way: int) -> Any:
-        """Of the oscillator, with these soft stops pressed on, sliding that way."""
+        """Acceleration with these soft stops in contact and this direction of sliding."""
         own, omega, inertia = self.oscillator, self.omega, self.inertia
         a = (own.load - own.stiffness * q) / inertia - own.damping / (own.mass * omega) * v
         a = a - way * self.kinetic
@@ -180,7 +180,7 @@ class Pieces:
         return a
 
     def _piece(self, low: float, high: float, leg: Leg, row: Any, after: Leg) -> Piece:
-        """The course from `low` to `high`, and the event in `row` (None: there is none)."""
+        """The piece from `low` to `high`, with the event in `row` (None: none)."""
         if leg.held:
             return self._resting(high, leg, row, after)
         nodes, _ = chebyshev()
@@ -212,7 +212,7 @@ class Pieces:
         return self._ended(piece, leg, row, angle[-1], q[-1], v[-1], after)
 
     def _resting(self, high: float, leg: Leg, row: Any, after: Leg) -> Piece:
-        """A piece in which the mass is held, and where it is let go.
+        """A piece in which the mass is held, up to its release.
 
         Held by a stop, no difference is left. Held by friction, that of the position is; it and
         what is fed back change when the force reaches what friction holds, which matters where the
@@ -245,7 +245,7 @@ class Pieces:
     def _ended(
         self, piece: Piece, leg: Leg, row: Any, angle: float, q: float, v: float, after: Leg
     ) -> Piece:
-        """The piece with its event: saltation, how late it is, height of the pulse."""
+        """Add the event to a piece: saltation, delay, height of the pulse."""
         if row is None or row[ROW_KIND] == RELEASE:
             return piece
         kind = row[ROW_KIND]
@@ -275,7 +275,7 @@ class Pieces:
         return _with(piece, np.array([[1.0, 0.0], [(gained - before) / v, 1.0]]), lag)
 
     def _returned(self, law: Any, v: float) -> tuple[float, float]:
-        """Velocity after an impact, and its derivative by that before."""
+        """Velocity after an impact, and its derivative by the velocity before."""
         r = law.restitution
         if not callable(r):
             return -r * v, -r

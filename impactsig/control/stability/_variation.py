@@ -1,4 +1,4 @@
-"""The linearised motion about an orbit under delayed feedback, lap by lap.
+"""Variational equation about an orbit under delayed feedback, lap by lap.
 
 Between events it is a linear equation with a delay, solved by collocation at Chebyshev's nodes; a
 delay is so many laps of the orbit, so that pieces meet pieces. At an event differences jump by the
@@ -25,7 +25,7 @@ FAINT = 1e-15  # share of a memory
 
 @dataclass(frozen=True)
 class Piece:
-    """From one event to the next; d is 2 for an oscillator."""
+    """The motion from one event to the next; d is 2 for an oscillator."""
 
     end: np.ndarray  # (d, d) of the difference at the end by that at the beginning
     driven: np.ndarray  # (d, nodes) of the end by what is fed back
@@ -39,7 +39,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Variation:
-    """The map of the differences from an orbit over one lap of it."""
+    """The map of deviations from an orbit over one lap of it."""
 
     pieces: list[Piece]
     laps: int  # of the orbit, in a delay
@@ -50,12 +50,12 @@ class Variation:
 
     @property
     def linear(self) -> bool:
-        """Whether there are no pulses."""
+        """Whether the map is linear, that is, without pulses."""
         return not (self.gain and any(piece.height for piece in self.pieces))
 
     @property
     def forgets(self) -> bool:
-        """Whether every lap comes where nothing is left of the differences, as in a rest at a stop.
+        """Whether every lap has an instant without deviations, such as rest at a stop.
 
         What is fed back is then all that makes new ones, from there on, and each time less: the
         map has no eigenvalue but 0 and, of what the memory holds, the memory.
@@ -64,11 +64,11 @@ class Variation:
 
     @property
     def dimension(self) -> int:
-        """Of the differences at an instant."""
+        """Number of coordinates of a deviation at an instant."""
         return len(self.pieces[0].end)
 
     def start(self, rng: np.random.Generator, count: int) -> State:
-        """Some differences at random, `count` of them side by side."""
+        """Random deviations, `count` of them side by side."""
         size = len(self.pieces)
         return State(
             rng.standard_normal((self.dimension, count)),
@@ -77,7 +77,7 @@ class Variation:
         )
 
     def lap(self, state: State) -> State:
-        """The differences one lap later."""
+        """The deviations one lap later."""
         z = state.now
         late, came = state.late[0], state.came[0]
         count = z.shape[1]
@@ -98,7 +98,7 @@ class Variation:
         return State(z, [*state.late[1:], fed], [*state.came[1:], kept])
 
     def _pulse(self, piece: Piece, own: np.ndarray, others: np.ndarray) -> np.ndarray:
-        """What the velocity after an impact gains from the force between it and the delayed.
+        """Gain of the velocity after an impact, from the force between it and the delayed one.
 
         `others` are how late the delayed impacts were, a row for each delay.
         """
@@ -114,30 +114,30 @@ class Variation:
 
 @dataclass(frozen=True)
 class State:
-    """Differences from the orbit: now, and as what is fed back in the laps to come."""
+    """Deviations from the orbit: the present ones, and those in the delayed signal."""
 
     now: np.ndarray  # (d, count)
     late: list[np.ndarray]  # for each lap of the delay: (pieces, nodes, count)
     came: list[np.ndarray]  # how late its impacts were: (pieces, remembered, count)
 
     def size(self) -> np.ndarray:
-        """Of the differences, shape (count,)."""
+        """Norms of the deviations, shape (count,)."""
         parts = [np.abs(self.now).max(axis=0)]
         parts += [np.abs(late).max(axis=(0, 1)) for late in self.late]
         return np.max(parts, axis=0)
 
     def divided(self, by: np.ndarray) -> State:
-        """All of it divided."""
+        """All deviations divided by numbers."""
         late, came = [own / by for own in self.late], [own / by for own in self.came]
         return State(self.now / by, late, came)
 
     def flat(self) -> np.ndarray:
-        """As one vector; without impacts, where there is one difference."""
+        """One deviation as a vector, without the pulses of impacts."""
         return np.concatenate([self.now.ravel(), *(own.ravel() for own in self.late)])
 
 
 def moving(length: float, slopes: np.ndarray, row: int, signal: int, gain: float) -> Piece:
-    """A piece without event at its end.
+    """A piece without an event at its end.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def moving(length: float, slopes: np.ndarray, row: int, signal: int, gain: float
 
 
 def laps_in(feedback: DelayedFeedback, period: float, told: str) -> int:
-    """How many laps of the orbit the delay is.
+    """Delay in laps of the orbit.
 
     Raises
     ------

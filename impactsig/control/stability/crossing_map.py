@@ -1,4 +1,4 @@
-"""How a crossing of a level depends on the one before it, near an orbit of a flow."""
+"""The map from one crossing of a level to the next, near an orbit of a flow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP = 1e-4  # relative, of difference quotients
 
 
 def check_flow(flow: Flow, parameter: Any, level: float | None) -> None:
-    """Refuse a parameter that the flow does not have, and spikes whose level is not given.
+    """Refuse a parameter that the flow lacks, and spikes without a level.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def check_flow(flow: Flow, parameter: Any, level: float | None) -> None:
 def crossing_maps_of(
     orbit: FlowOrbit, parameter: Any, signal: str | int, level: float | None
 ) -> tuple[list[SpikeMap], np.ndarray]:
-    """The linearised map of each crossing of an orbit, and the interval that it ends with.
+    """Linearised map of each crossing of an orbit, and the interval that it ends.
 
     By difference quotients of fourth order, of the coordinates on the section.
 

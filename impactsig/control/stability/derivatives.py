@@ -39,7 +39,7 @@ def tangent_of(
     controlled: Controlled, *, periods: Any = None, duration: Any = None, transient: Any = None,
     initial: Any = None, phase: Any = None, method: Any = None, **options: Any,
 ) -> TangentMap:  # fmt: skip
-    """The derivative of the end by the start, under OGY."""
+    """Tangent map of an oscillator under OGY control."""
     oscillator = _nudged(controlled)
     if transient:
         raise InvalidInput("transient", transient, "no transient", "Give initial=")
@@ -65,7 +65,7 @@ def spectrum_of(
     controlled: Controlled, periods: Any, duration: Any, transient: Any, *, initial: Any,
     phase: Any, method: Any, chatter: Any,
 ) -> LyapunovSpectrum:  # fmt: skip
-    """The exponents of the section map, under OGY."""
+    """Lyapunov exponents of the section map under OGY control."""
     oscillator = _nudged(controlled)
     length = math.ceil(whole_length(oscillator, periods, duration) - 1e-9)
     number("periods", length, most=LONGEST)
@@ -116,7 +116,7 @@ def spectrum_of(
 
 
 class NudgedShooting(OscillatorShooting):
-    """The section map under OGY."""
+    """The section map under OGY control, for Newton's method."""
 
     anchored = True
 
@@ -128,7 +128,7 @@ class NudgedShooting(OscillatorShooting):
         self.system = self.moves = controlled
 
     def strobed(self) -> np.ndarray:
-        """States at the phase, after the transient."""
+        """States at the section, after the transient."""
         motion = simulate(
             self.moves, periods=self.settle + self.look + self.periods, **self.options
         )
@@ -136,7 +136,7 @@ class NudgedShooting(OscillatorShooting):
 
 
 class SilentShooting(OscillatorShooting):
-    """The stroboscopic map of an oscillator, on whose orbits the feedback is silent."""
+    """The stroboscopic map of an oscillator on orbits for which the feedback vanishes."""
 
     def __init__(
         self, controlled: Controlled, periods: int, phase: float, method: Any, tolerance: float
@@ -154,7 +154,7 @@ class SilentShooting(OscillatorShooting):
                 )  # fmt: skip
 
     def multipliers(self, here: TangentMap, state: np.ndarray) -> np.ndarray:
-        """Those of the orbit under the feedback that is silent on it."""
+        """Multipliers of the orbit under the feedback."""
         alone = OscillatorShooting(
             self.moves, self.periods, self.phase, self.options["method"], self.tolerance
         )
@@ -202,7 +202,7 @@ def shooting_of(
 
 
 def _nudged(controlled: Controlled) -> Oscillator:
-    """The oscillator, where what controls it is OGY.
+    """The oscillator, if the controller is OGY.
 
     Raises
     ------
@@ -217,6 +217,6 @@ def _nudged(controlled: Controlled) -> Oscillator:
 
 
 def _section(controlled: Controlled, phase: float | None) -> float:
-    """The phase at which the parameter is moved."""
+    """The phase at which the parameter is changed."""
     phases = schedule(controlled.controller, controlled.start, math.inf)
     return section_of([own for _, own in phases if isinstance(own, OGY)], phase)

@@ -1,4 +1,4 @@
-"""Gain and memory of interval feedback that make the greatest multiplier least."""
+"""Gain and memory of interval feedback that minimise the greatest multiplier."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPTIONS = {"xatol": 1e-7, "fatol": 1e-10, "maxiter": 400}
 
 
 def fastest(maps: list[SpikeMap], growth: Callable[[float, float], float]) -> tuple[float, float]:
-    """Gain and memory at the least growth, by Nelder and Mead's method from a grid.
+    """Gain and memory with the least growth, by Nelder and Mead's method from a grid.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def fastest(maps: list[SpikeMap], growth: Callable[[float, float], float]) -> tu
 
 
 def _exact(maps: list[SpikeMap], scale: float) -> list[tuple[float, float]]:
-    """What would do away with the unstable direction, were it the only one.
+    """Gain that removes the unstable direction if it is the only one.
 
     There s' = L s + b p and I' = t s + c p, so that p = -(L / b) s makes s' zero. The state follows
     from the last interval and the last change: s = L (I - c p) / t + b p.

@@ -1,4 +1,4 @@
-"""How an impact depends on the one before it, near an orbit of an oscillator."""
+"""The map from one impact to the next, near an orbit of an oscillator."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FINE = 1e-13  # tolerance of steps, where there are any
 
 
 class SpikeMap(NamedTuple):
-    """Slopes of the state at a spike, and of the interval that ends with it.
+    """Derivatives of the state at a spike, and of the interval that ends with it.
 
     By the state at the spike before, and by the parameter in between. Of an oscillator the state
     is the instant [forcing periods] and the velocity of an impact, of a flow the coordinates on
@@ -35,7 +35,7 @@ class SpikeMap(NamedTuple):
 
 
 def impact_maps_of(orbit: PeriodicOrbit, parameter: Any) -> tuple[list[SpikeMap], np.ndarray]:
-    """The linearised map of each impact of an orbit, and the interval that it ends with.
+    """Linearised map of each impact of an orbit, and the interval that it ends.
 
     By difference quotients of fourth order. Neighbours start a little before an impact, off the
     stop, so that they meet it as any motion does, whatever the law of contact.
@@ -65,7 +65,7 @@ def impact_maps_of(orbit: PeriodicOrbit, parameter: Any) -> tuple[list[SpikeMap]
 
 
 def check_parameter(machine: Oscillator, parameter: Any) -> None:
-    """Refuse a parameter that the oscillator has not.
+    """Refuse a parameter that the oscillator does not have.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def check_parameter(machine: Oscillator, parameter: Any) -> None:
 
 
 def largest_force(machine: Oscillator) -> float:
-    """Amplitude of the greatest of its forces, the scale of steps of a parameter; 1 without."""
+    """Greatest amplitude of the forces, the scale of parameter changes; 1 without forces."""
     return max([abs(one.amplitude) for one in machine.forces], default=1.0)
 
 
@@ -88,7 +88,7 @@ def _method(machine: Oscillator) -> dict[str, Any]:
 
 
 def _map(orbit: PeriodicOrbit, motion: Any, hits: np.ndarray, parameter: str) -> SpikeMap:
-    """How the last of three impacts depends on the one in the middle."""
+    """Derivatives of the last of three impacts by the middle one."""
     machine, period = orbit.system, orbit.system.forcing_period
     begun = hits[1, 0] - BEFORE * (hits[1, 0] - hits[0, 0])  # [forcing periods from phase 0]
     x, v = motion.sample((begun - orbit.phase / TURN) * period)
@@ -112,7 +112,7 @@ def _map(orbit: PeriodicOrbit, motion: Any, hits: np.ndarray, parameter: str) ->
 
 
 def _hits(motion: Any, count: int) -> np.ndarray:
-    """Instant [forcing periods, from phase 0] and velocity at the first impacts, shape (n, 2).
+    """Time [forcing periods, from phase 0] and velocity of the first impacts, shape (n, 2).
 
     The velocity after it at a rigid stop, at the touch of a soft one.
     """

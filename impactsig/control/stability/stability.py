@@ -1,4 +1,4 @@
-"""Whether an orbit under delayed feedback is stable, and how fast it is come to."""
+"""Stability of an orbit under delayed feedback, and the rate of convergence."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MULTIPLIERS = 6  # that are worked out
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlledStability(Shown):
-    """How differences from an orbit grow under delayed feedback.
+    """Growth of deviations from an orbit under delayed feedback.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class ControlledStability(Shown):
 
     @property
     def stable(self) -> bool:
-        """Whether differences shrink."""
+        """Whether deviations shrink."""
         return self.growth < 1
 
     @property
@@ -107,7 +107,7 @@ def orbit_stability(
     *,
     laps: int = 1200,
 ) -> ControlledStability:
-    """How fast differences from an orbit shrink, or grow, under delayed feedback.
+    """Growth or decay of deviations from an orbit under delayed feedback.
 
     The motion with its delay is linearised about the orbit, with saltation at the events, and
     solved piece by piece by Chebyshev collocation [Trefethen2000]_. Where displacements are fed
@@ -208,7 +208,7 @@ def stability_chart(
     laps: int = 400,
     **options: Any,
 ) -> Study:
-    """Growth of differences from an orbit over the gain and the delay, by `sweep`.
+    """Growth of deviations from an orbit over gain and delay, by `sweep`.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ def stability_chart(
 def _of_intervals(
     orbit: PeriodicOrbit | FlowOrbit, feedback: IntervalFeedback
 ) -> ControlledStability:
-    """The multipliers of an orbit under feedback of intervals."""
+    """Multipliers of an orbit under interval feedback."""
     maps, intervals = feedback.maps(orbit)
     feedback.check(intervals)
     multipliers = np.linalg.eigvals(feedback.lap(maps)).astype(complex)
@@ -287,7 +287,7 @@ def _variation(orbit: PeriodicOrbit | FlowOrbit, feedback: DelayedFeedback) -> V
 
 
 def _logs(variation: Variation, laps: int) -> np.ndarray:
-    """Logarithm of the growth in each lap after the first quarter, shape (laps', STARTS)."""
+    """Log growth in each lap after the first quarter, shape (laps', STARTS)."""
     state = variation.start(np.random.default_rng(0), STARTS)
     logs = np.empty((laps, STARTS))
     for k in range(laps):
@@ -299,7 +299,7 @@ def _logs(variation: Variation, laps: int) -> np.ndarray:
 
 
 def _multipliers(variation: Variation) -> np.ndarray:
-    """The greatest eigenvalues of the map of a lap, but for that of the direction along the orbit.
+    """Greatest eigenvalues of the map of a lap, without that of the direction along the orbit.
 
     What is left of the map across that direction, an eigenvector, has all the other eigenvalues.
     """

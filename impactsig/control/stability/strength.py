@@ -1,4 +1,4 @@
-"""How far to move a parameter for an orbit whose impacts have a given approach velocity."""
+"""Parameter change that gives the impacts of an orbit a prescribed approach velocity."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLOSE = 1e-10  # relative: a strength that was come to
 def offset_of(
     orbit: PeriodicOrbit, nudged: Callable[[Any, float], Any], strength: float
 ) -> tuple[PeriodicOrbit, float]:
-    """The orbit with impacts of that strength, and how far the parameter is moved there.
+    """The orbit with impacts of that approach velocity, and its parameter change.
 
     By the secant method, each orbit starting from the one before it.
 
@@ -59,6 +59,6 @@ def offset_of(
 
 
 def _strength(orbit: PeriodicOrbit) -> float:
-    """Approach velocity of its impact, in the oscillator's units."""
+    """Approach velocity of the orbit's impact, in the oscillator's units."""
     impacts = orbit.motion(1.5).impacts
     return float(impacts.approach_velocity[0])

@@ -1,1 +1,1 @@
-"""What the instrument adds to a force record: codes, dropouts, hum, a coupling."""
+"""Artefacts of the instrument in a force record: quantisation, dropouts, hum, AC coupling."""

@@ -1,4 +1,4 @@
-"""The step of the converter that a record came from."""
+"""Quantisation step of a record."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def converter_step(samples: np.ndarray) -> float:
-    """The step of the converter that the samples came from, behind any gain; 0 if none shows.
+    """Quantisation step of the samples, after any gain; 0 if none shows.
 
     Values that differ by less than rounding are one. All differences of the values seen must be
     whole multiples of the step.
@@ -37,7 +37,7 @@ def converter_step(samples: np.ndarray) -> float:
 
 @njit(nogil=True)
 def _differing(seen: np.ndarray, rounding: float) -> int:
-    """How many values in order are greater than the one before by more than rounding."""
+    """Number of sorted values that exceed their predecessor by more than rounding."""
     count = 0
     for k in range(1, len(seen)):
         count += seen[k] - seen[k - 1] > rounding

@@ -1,4 +1,4 @@
-"""The time constant of an AC-coupled sensor, read from what follows its pulses.
+"""Time constant of an AC-coupled sensor, from the decay after pulses.
 
 Behind a high-pass filter of the first order (a charge amplifier, a coupling capacitor) with the
 time constant tau, a force x is recorded as y, where y' = x' - y / tau. So
@@ -40,7 +40,7 @@ SOME = 3.0
 
 
 def time_constant(parts: list[np.ndarray], scale: float) -> float:
-    """Time constant in samples, from stretches of a record with strong pulses; 0 if none shows.
+    """Time constant in samples, from stretches with strong pulses; 0 if none shows.
 
     Squares of the samples times `scale` must be numbers.
     """
@@ -79,7 +79,7 @@ def time_constant(parts: list[np.ndarray], scale: float) -> float:
 
 
 class _Fit:
-    """What lies on no line with one time constant, or with none."""
+    """Residuals of fits with one time constant, and with none."""
 
     def __init__(
         self, values: np.ndarray, integrals: np.ndarray, noise: np.ndarray, rate: float, free: int
@@ -93,7 +93,7 @@ class _Fit:
 
 
 def _means(part: np.ndarray, scale: float) -> np.ndarray:
-    """Means over FACTOR samples each of a stretch, above its own, and of its integral."""
+    """Means over FACTOR samples each of a stretch and of its integral."""
     y = part[: len(part) // FACTOR * FACTOR].astype(np.float64) * scale
     y -= y.mean()
     integral = (np.cumsum(y) - 0.5 * y) / FACTOR
@@ -101,7 +101,7 @@ def _means(part: np.ndarray, scale: float) -> np.ndarray:
 
 
 def _swings(values: np.ndarray) -> bool:
-    """Whether values are off their median to either side."""
+    """Whether values deviate from their median to both sides."""
     above, limit = values - centre_of(values.copy(), len(values)), OFF * _noise(values)
     return bool(min(np.count_nonzero(above > limit), np.count_nonzero(above < -limit)) > 1)
 
@@ -112,7 +112,7 @@ def _windows(values: np.ndarray, length: int) -> np.ndarray:
 
 
 def _noise(values: np.ndarray) -> float:
-    """Standard deviation, by the differences of values in a row."""
+    """Standard deviation, from differences of successive values."""
     if not values.size:
         return 0.0
     moves = np.abs(np.diff(values)).ravel()

@@ -1,4 +1,4 @@
-"""Kernels of AC coupling: the regression that it is read by, and its inverse."""
+"""Kernels of AC coupling: regression of its time constant, and its inverse filter."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def regress(values, integrals, noise, rate, free, residuals):
 
 @njit(nogil=True)
 def _spread(weights, copy):
-    """Give each weight the least of those BESIDE it."""
+    """Replace each weight by the least of the BESIDE weights around it."""
     n = len(weights)
     for j in range(n):
         copy[j] = weights[j]
@@ -104,7 +104,7 @@ def _spread(weights, copy):
 
 @njit(nogil=True)
 def uncouple(x, rate, leak, integral, last):
-    """Undo a high-pass filter of the first order in place, but for a far slower one.
+    """Invert a first-order high-pass filter in place, up to a much slower one.
 
     Parameters
     ----------

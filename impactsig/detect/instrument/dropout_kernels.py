@@ -1,4 +1,4 @@
-"""Kernels that find and fill dropouts: stretches in which the instrument held one value.
+"""Kernels that find and fill dropouts: stretches in which a value is held.
 
 A converter that loses its signal, a gate, or a transmitter that repeats what it sent last gives the
 same value again and again. Where other samples are noisy, so many equal ones in a row are no
@@ -43,7 +43,7 @@ itself, within these limits."""
 
 @njit(nogil=True)
 def find_dropouts(x, zero, held, out):
-    """First samples of the dropouts in x, and those after their last.
+    """Bounds of the dropouts in x.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def find_dropouts(x, zero, held, out):
 
 @inner
 def _silent(x, runs, noise):
-    """Value that the samples settle to, as a sensor's ringing does where there is no noise; or NaN.
+    """Value to which a noise-free sensor settles after ringing; NaN if none.
 
     What drops out leaves noise behind it, which does not stay near one value.
     """
@@ -117,7 +117,7 @@ def _silent(x, runs, noise):
 
 @inner
 def _usual_here(x, a, b):
-    """Samples that chance holds at a value beside x[a:b], as far as that is long: see RARE."""
+    """Number of equal samples beside x[a:b] that chance explains; see RARE."""
     first, last = max(0, a - (b - a)), min(len(x), 2 * b - a)
     pairs = equal = 0
     for i in range(first + 1, last):
@@ -131,7 +131,7 @@ def _usual_here(x, a, b):
 
 @kernel
 def may_repeat(x):
-    """Whether x may hold LEAST equal values in a row: the ends of parts half as long tell."""
+    """Quick test of whether x may hold LEAST equal values in a row."""
     step = LEAST // 2
     equal = 0
     for i in range(step - 1, len(x), step):
@@ -141,7 +141,7 @@ def may_repeat(x):
 
 @inner
 def _equal_runs(x, out):
-    """Stretches of at least LEAST equal values, in order; how many."""
+    """Find stretches of at least LEAST equal values; returns their number."""
     n, half, count, i = len(x), LEAST // 2, 0, 0
     while i + half <= n and count < len(out):
         if x[i] != x[i + half - 1]:
@@ -161,7 +161,7 @@ def _equal_runs(x, out):
 
 @inner
 def _live(x, runs):
-    """Noise of the samples outside of the runs, 0 where they do not look noisy; share that repeat.
+    """Noise outside of the runs, 0 if not noisy, and the share of repeated samples.
 
     The noise is that of the differences, and the share is 1 where nothing else is left. Then the
     least difference that there is, which is a code's where these are coarse.
@@ -190,7 +190,7 @@ def _live(x, runs):
 
 @njit(nogil=True)
 def fill(x, runs, before):
-    """Put straight lines in place of the runs of x; the last level of what is none.
+    """Replace the runs of x by straight lines; returns the last valid level.
 
     `before` is the level that x begins with, should it begin with a run; NaN where none is known.
     """
@@ -229,7 +229,7 @@ def _line(x, run, first, last):
 
 @kernel
 def cut_off(rows, runs):
-    """Flag the pulses that a dropout cuts off as open there, their errors as infinite.
+    """Flag pulses that a dropout cuts off as open, with infinite errors.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the samples of the last few spans of a stretch stand side by side.
+"""Buffer for the samples of successive spans of a stretch.
 
 What is searched for in a span reaches into those beside it. Spans take places in a row in turn, so
 that these are at hand; only from one end of the row to the other their margins are copied.
@@ -15,7 +15,7 @@ PLACES = 16
 
 
 class Line:
-    """Room for the samples of the spans of a stretch of `total` samples."""
+    """Contiguous buffer for the samples of the last spans of a stretch."""
 
     def __init__(self, grid: Grid, total: int) -> None:
         self.grid, self.count = grid, grid.count(total)
@@ -26,23 +26,23 @@ class Line:
         self._row = np.empty(places * grid.span + longer + 2 * grid.margin)
 
     def _ends(self, k: int) -> tuple[int, int]:
-        """Where in the row span k begins and ends."""
+        """Bounds of span k in the buffer."""
         start = self.grid.margin + k % PLACES * self.grid.span
         return start, start + (self.grid.span if k < self.count - 1 else self._last)
 
     def samples(self, k: int) -> np.ndarray:
-        """Those of span k."""
+        """Samples of span k."""
         start, stop = self._ends(k)
         return self._row[start:stop]
 
     def around(self, k: int, reach: int) -> tuple[np.ndarray, int]:
-        """Those of span k and of up to `reach` to either side; the first's number."""
+        """Samples of span k and up to `reach` on either side, and the index of the first."""
         start, stop = self._ends(k)
         left, right = reach * (k > 0), reach * (k < self.count - 1)
         return self._row[start - left : stop + right], k * self.grid.span - left
 
     def join(self, k: int) -> None:
-        """Put the margins of span k beside it, where it has no neighbour in the row."""
+        """Copy the margins of span k beside it where its neighbour is not in the buffer."""
         margin = self.grid.margin
         start, stop = self._ends(k)
         if k > 0 and k % PLACES == 0:

@@ -1,4 +1,4 @@
-"""Mains hum in a force record: found in the background, fitted and taken off.
+"""Mains hum in a force record: detection, fit and removal.
 
 Taken off, not filtered out: a filter would move the first touch. In each span the lines of 50 or
 60 Hz that stand out of their surroundings are fitted to the samples between impacts, with
@@ -26,14 +26,14 @@ MOST = 2.0  # seconds of a span in which the mains keep their pace
 
 @functools.lru_cache(maxsize=8)
 def _waves(count: int, pace: float, frequencies: tuple[float, ...]) -> np.ndarray:
-    """exp(i omega t) at the middles of blocks, a row for each frequency."""
+    """exp(i omega t) at the centres of blocks, a row for each frequency."""
     t = (np.arange(count) + 0.5) / pace
     return np.exp(2j * np.pi * np.array(frequencies)[:, None] * t)
 
 
 @functools.lru_cache(maxsize=8)
 def _seen_through(count: int, pace: float, lines: tuple[float, ...]) -> np.ndarray:
-    """Rows whose products with the means are twice the real and the imaginary amplitudes.
+    """Rows whose products with the block means are twice the complex amplitudes.
 
     Those of the lines, then of what is below and above each.
     """
@@ -46,7 +46,7 @@ def _seen_through(count: int, pace: float, lines: tuple[float, ...]) -> np.ndarr
 def _standing(
     means: np.ndarray, pace: float, frequencies: tuple[float, ...], times: float, sigma: float
 ) -> np.ndarray:
-    """Amplitudes of lines, through Hann's window; 0 where one does not stand out beside it."""
+    """Amplitudes of lines in a Hann window; 0 for lines that do not stand out."""
     amplitudes = np.empty(len(frequencies))
     waves = _seen_through(len(means), pace, frequencies)
     # What makes up much of the background hides impacts from its mask, and they hide the line.
@@ -55,13 +55,13 @@ def _standing(
 
 
 def base_of(lines: tuple[float, ...]) -> float:
-    """The mains that the first of some lines belongs to."""
+    """Mains frequency of the first of some lines."""
     return next(one for one in BASES if lines[0] % one == 0)
 
 
 @functools.lru_cache(maxsize=8)
 def _first_lines(highest: float) -> tuple[float, ...]:
-    """Those that show that there is hum."""
+    """The lines by which hum is recognised."""
     return tuple(b * h for b in BASES for h in (1, 2, 3) if b * h < highest)
 
 
@@ -80,7 +80,7 @@ def find_lines(
     fitted: tuple[float, ...] = (),
     base: float | None = None,
 ) -> tuple[float, ...]:
-    """Frequencies of the mains lines that the background shows, and those fitted before.
+    """Frequencies of the mains lines in the background, and those fitted before.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def find_lines(
 def fit_lines(
     sums: np.ndarray, counts: np.ndarray, block: int, rate: float, lines: tuple[float, ...]
 ) -> np.ndarray:
-    """Complex amplitudes of the lines: at the middle of the span, and their change to its end.
+    """Complex amplitudes of the lines at the middle of the span, and their change over it.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def fit_lines(
 
 @functools.lru_cache(maxsize=8)
 def _design(count: int, block: int, rate: float, lines: tuple[float, ...]) -> np.ndarray:
-    """What the amplitudes of the lines make of the means of blocks, a row each."""
+    """Design matrix of the lines for the means of blocks, a row each."""
     f = np.array(lines)
     # What the mean over a block leaves of a line.
     left = np.sin(np.pi * f * block / rate) / (block * np.sin(np.pi * f / rate))

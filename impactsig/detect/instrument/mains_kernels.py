@@ -1,4 +1,4 @@
-"""Kernels that look for the lines of the mains in a record, and take them off."""
+"""Kernels that find and remove the lines of the mains."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..._compiled import kernel, njit
 
 @kernel
 def mean_blocks(sums, counts, means, halved):
-    """Means of blocks, 0 of none, and the means of two of them each."""
+    """Means of blocks (0 for empty ones), and means of pairs of blocks."""
     for k in range(len(means)):
         means[k] = sums[k] / counts[k] if counts[k] > 0 else 0.0
     for k in range(len(halved)):
@@ -19,7 +19,7 @@ def mean_blocks(sums, counts, means, halved):
 # reassoc: sums of products run in lanes; BLAS would wake its threads for so few.
 @njit(nogil=True, fastmath={"reassoc", "nsz"})
 def stand_out(waves, means, times, least, times_loud, loud, out):
-    """Amplitudes of lines, 0 of those that do not stand out.
+    """Amplitudes of lines, 0 for those that do not stand out.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def _amplitude(waves, means, k):
 
 @njit(nogil=True, fastmath={"reassoc", "nsz"})
 def normal_equations(design, sums, counts, ridge, normal, right):
-    """Fill the normal matrix, and what it is to give, for sums of so many samples a block.
+    """Normal equations of the design, for sums over blocks.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def normal_equations(design, sums, counts, ridge, normal, right):
 
 @njit(nogil=True)
 def take_off(x, block, count, turns, fit):
-    """Subtract the lines from x, in place.
+    """Subtract the lines from x in place.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The first pass over a force record: its range and its steepest stretches, in bounded memory."""
+"""First pass over a force record: range and steepest stretches, in bounded memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AROUND = 1 << 12  # samples to either side of the steepest block in such a stret
 
 @dataclass
 class Survey:
-    """What the first pass keeps of a record."""
+    """Results of the first pass."""
 
     samples: int = 0
     lowest: float = math.inf
@@ -37,7 +37,7 @@ class Survey:
 
 
 def survey(stream: Iterable[Frame], copy: bool) -> Survey:
-    """Range, stretches without gaps, and the steepest frames.
+    """Range, stretches without gaps, and the steepest frames of a record.
 
     `copy` them where the frames do not stay valid.
     """

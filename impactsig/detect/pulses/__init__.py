@@ -1,1 +1,1 @@
-"""One force pulse or two that touch: start, end, peak and impulse, with their errors."""
+"""Measurement of single and overlapping force pulses, with errors."""

@@ -1,4 +1,4 @@
-"""Standard errors of what is read off the samples of one pulse.
+"""Standard errors of quantities measured from the samples of one pulse.
 
 Of an edge: the noise of its samples over its slope. Those of a fit are in `fit_errors.py`.
 """
@@ -28,7 +28,7 @@ UNKNOWN = Errors(np.inf, np.inf, np.inf, np.inf)
 
 
 class Seen(NamedTuple):
-    """The samples that a pulse was measured in: its top, how far it goes, noise and baseline."""
+    """The samples of a pulse: top, extent, noise and baseline."""
 
     top: int
     left_limit: int
@@ -38,7 +38,7 @@ class Seen(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """Where the edges of a pulse come down to zero: what is wrong by noise, and by their curves."""
+    """Extrapolated ends of a pulse, with errors from noise and from curvature."""
 
     start: float
     contact: float
@@ -50,7 +50,7 @@ class Touch(NamedTuple):
 
 @inner
 def touches(x, start, end, level, seen):
-    """The ends of a pulse whose edges were extrapolated from `level`, with their errors."""
+    """Ends of a pulse extrapolated from `level`, with their errors."""
     first, bent = _touch_error(x, start, -1, seen.left_limit, level, seen)
     last, curved = _touch_error(x, end, 1, seen.right_limit, level, seen)
     return Touch(start, end - start, first, math.hypot(first, last), bent, math.hypot(bent, curved))
@@ -58,7 +58,7 @@ def touches(x, start, end, level, seen):
 
 @inner
 def edge_errors(x, edges, seen):
-    """Standard errors of a pulse that was read off its edges, and of its crest."""
+    """Standard errors of a pulse measured from its edges and crest."""
     first = math.hypot(edges.start_noise, edges.start_curve)
     contact = math.hypot(edges.contact_noise, edges.contact_curve)
     return with_crest(x, Errors(first, contact, 0.0, 0.0), seen)
@@ -66,7 +66,7 @@ def edge_errors(x, edges, seen):
 
 @inner
 def _touch_error(x, at, step, limit, level, seen):
-    """Noise over slope, and half of what the edge's curve below the level may move its end by."""
+    """Noise over slope, and half of the possible shift by curvature below the level."""
     foot = crossing(x, seen.top, step, limit, level)
     higher = crossing(x, seen.top, step, limit, 2.0 * level)
     out, run = abs(at - foot), max(abs(foot - higher), 0.5)
@@ -83,7 +83,7 @@ def _touch_error(x, at, step, limit, level, seen):
 
 @inner
 def with_crest(x, errors, seen):
-    """The errors with that of a peak read off its samples: the greatest of those near it."""
+    """Add the error of a peak that is the greatest of the samples near it."""
     near = 1
     for i in range(seen.left_limit, seen.right_limit + 1):
         near += x[i] > x[seen.top] - 3.0 * seen.noise
@@ -94,7 +94,7 @@ def with_crest(x, errors, seen):
 
 @inner
 def with_impulse(x, start, end, errors, seen):
-    """The errors with that of the sum of the samples between start and end.
+    """Add the error of the sum of the samples between start and end.
 
     An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
     error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the
@@ -114,7 +114,7 @@ def with_impulse(x, start, end, errors, seen):
 
 @inner
 def with_level(x, level, share, errors, seen):
-    """The errors with that of the contact time between the crossings of `level`.
+    """Add the error of the contact time between the crossings of `level`.
 
     `share` of the peak, whose error moves the level as that of the baseline does.
     """
@@ -132,7 +132,7 @@ def with_level(x, level, share, errors, seen):
 
 @inner
 def _steepness(x, step, limit, level, seen):
-    """Samples that an edge takes a unit of height, about a level."""
+    """Samples per unit of height of an edge, around a level."""
     wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
     low = crossing(x, seen.top, step, limit, level - wide)
     high = crossing(x, seen.top, step, limit, min(level + wide, 0.5 * (level + x[seen.top])))
@@ -141,7 +141,7 @@ def _steepness(x, step, limit, level, seen):
 
 @inner
 def unless_flagged(x, errors, flags, start, contact, seen):
-    """The errors, infinite for what the record does not hold.
+    """Set errors to infinity for quantities that the record does not contain.
 
     A pulse that is measured as far as the valley to a neighbour may begin or end half its way
     from there to its crest off, and what lies under the neighbour is missing from its impulse.

@@ -1,4 +1,4 @@
-"""Where a pulse stands in its record: its crest, how far it reaches, and the baseline beside it."""
+"""Crest and extent of a pulse in its record, and the baseline beside it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .edges import Baseline, remove_baseline, valley, walk
 
 
 class Place(NamedTuple):
-    """Where a pulse stands in its segment: the peaks of it and its neighbours, and the ends.
+    """Peaks of a pulse and its neighbours in the segment, and the ends of the segment.
 
     A neighbour that is not there is at -1, or `total`; lo and hi bound what is looked at.
     """
@@ -24,7 +24,7 @@ class Place(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """From where to where a pulse stands out, and how far it may be looked for, in samples of x."""
+    """Bounds within which a pulse stands out, and those of the search, in samples of x."""
 
     left: int
     right: int
@@ -34,7 +34,7 @@ class Extent(NamedTuple):
 
 @kernel
 def summit(x, place, base, width, sigma):
-    """Where in x the pulse is highest, and how high."""
+    """Position and height of the crest in x."""
     end = len(x) - 1
     top = place.peak - place.lo
     # Not past half-way to a neighbour: one crest is never measured twice.
@@ -57,7 +57,7 @@ def summit(x, place, base, width, sigma):
 
 @inner
 def stands_out(x, top, width, low):
-    """Whether samples to either side, where there is one, come down to `low`.
+    """Whether the samples on either side fall to `low`.
 
     A stretch beside a pulse of the other sign has a low flank, but does not stand out.
     """
@@ -79,7 +79,7 @@ def stands_out(x, top, width, low):
 
 @inner
 def extent_of(x, top, place, base, height, width, sigma):
-    """The extent of the pulse, no less than its typical width, and its flags."""
+    """Extent of the pulse, at least its typical width, and its flags."""
     before, after, lo, hi = place.before, place.after, place.lo, place.hi
     stop = base + max(0.1 * height, min(2.0 * sigma, 0.5 * height))
     left_limit, right_limit = 0, len(x) - 1

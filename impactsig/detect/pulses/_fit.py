@@ -1,4 +1,4 @@
-"""Least squares, by the method of Levenberg and Marquardt, of one pulse or of two that overlap."""
+"""Levenberg-Marquardt fits of one pulse, or of two that overlap."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LONGEST_STEP = np.array(
 
 
 class Seen(NamedTuple):
-    """What a model is fitted to; of one pulse, also its typical edge's logarithm."""
+    """The data of a fit; for one pulse also the typical log edge."""
 
     points: np.ndarray
     x: np.ndarray
@@ -29,7 +29,7 @@ class Seen(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Where a fit ends; of one pulse, with its curve."""
+    """Result of a fit; for one pulse with its curve."""
 
     misfit: float  # residual variance over the noise's
     normal: np.ndarray  # normal equations, with the priors
@@ -54,7 +54,7 @@ def fit_pair(points, x, p):
 
 @inner
 def _cost(pair, p, seen, curve, normal):
-    """Misfit, cost and the normal equations of a model: numba keeps no function it is handed."""
+    """Misfit, cost and normal equations of a model."""
     if pair:
         return pair_cost(p, seen.points, seen.x, normal)
     return pulse_cost(p, seen.points, seen.x, seen.log_edge, curve, normal)

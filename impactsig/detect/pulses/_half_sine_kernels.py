@@ -1,4 +1,4 @@
-"""One half-sine fitted to the samples around a crest: what most impacts nearly are.
+"""Fit of one half-sine to the samples around a crest, which suits most impacts.
 
 It tells an impact that is clearly one from what may be two in a fraction of the time that the fits
 of both take.
@@ -36,7 +36,7 @@ class _Sums(NamedTuple):
 
 @allocating
 def is_half_sine(means, left, right, roughly, closely):
-    """Whether a half-sine leaves little of the means, in squares of their unit.
+    """Whether a half-sine fits the means closely.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def is_half_sine(means, left, right, roughly, closely):
 
 @inner
 def _sums(means, start, length):
-    """Sums over the points inside of a half-sine; its sine and cosine turn from point to point."""
+    """Sums over the points within a half-sine, by recurrence."""
     pace = math.pi / length
     first = max(math.floor(start) + 1, 0)
     last = min(math.ceil(start + length), len(means))
@@ -109,7 +109,7 @@ def _sums(means, start, length):
 
 @inner
 def _normal_equations(sums, height, length, normal, right):
-    """Normal equations of a half-sine by height, start and length, from the sums over it."""
+    """Normal equations of height, start and length of a half-sine."""
     by_start = -height * math.pi / length  # times the cosine
     by_length = by_start / length  # times that and the distance from the start
     normal[0, 0] = sums.ss

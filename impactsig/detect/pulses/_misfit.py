@@ -1,4 +1,4 @@
-"""Pulses of a shape that no member of the family has: how far their fits are off, and which way.
+"""Corrections for pulses whose shape is outside the fitted family.
 
 What the family leaves of the pulses of a span, over their heights, has the mean square r^2. By
 instants and ends of many shapes, fits of such pulses are off by OFF_START r and OFF_END r
@@ -29,7 +29,7 @@ FARTHEST = 0.2
 
 @allocating
 def correct_misfit(rows, alike, x, origin, left, rest, timed):
-    """Correct instants and contact times, in place, and add to the errors, for misfit.
+    """Correct instants and contact times for misfit, in place, and increase their errors.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def what_is_left(rows, alike):
 
 @inner
 def _length(row):
-    """Length of a pulse by its fit, whatever level its contact time refers to."""
+    """Fitted length of a pulse, whatever level its contact time refers to."""
     parts = parts_of(row[FIT + NOW :])
     return parts.rise + parts.flat + parts.fall
 

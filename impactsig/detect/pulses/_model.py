@@ -1,4 +1,4 @@
-"""The family of shapes that a pulse is taken for, and what fits one to samples.
+"""Parametric family of pulse shapes, and its least-squares fit.
 
 With u the time since the start, r, p and d the lengths of rise, flat top and fall, and the angle
 
@@ -33,7 +33,7 @@ the fit leaves, and what these are made of."""
 
 
 class Parts(NamedTuple):
-    """How long rise, flat top and fall of a pulse last."""
+    """Durations of rise, flat top and fall of a pulse."""
 
     rise: float
     flat: float
@@ -41,7 +41,7 @@ class Parts(NamedTuple):
 
 
 class Inside(NamedTuple):
-    """The points that lie in a pulse: from `first` on, from `fall` on in its fall, to `last`."""
+    """Range of the points within a pulse: from `first`, with the fall from `fall` on, to `last`."""
 
     first: int
     fall: int
@@ -69,13 +69,13 @@ class _Sums(NamedTuple):
 
 @allocating
 def room_for(points):
-    """Room for the curve at so many points."""
+    """Allocate the curve for so many points."""
     return np.zeros((CURVE, points + LANES))
 
 
 @kernel
 def put_parameters(height, start, rise, flat, fall, p):
-    """Put the parameters of a pulse with edges of q = 1 into `p`."""
+    """Write the parameters of a pulse with edges of q = 1 into `p`."""
     middle = 0.5 * (math.log(rise) + math.log(fall))
     p[AMPLITUDE], p[START], p[SKEW] = height, start, math.log(rise / fall)
     p[FLAT], p[POWER], p[LENGTH] = math.log(flat) - middle, 0.0, middle
@@ -83,21 +83,21 @@ def put_parameters(height, start, rise, flat, fall, p):
 
 @inner
 def parts_of(p):
-    """How long the parts of a pulse last."""
+    """Durations of the parts of a pulse."""
     middle, skew = math.exp(p[LENGTH]), math.exp(0.5 * p[SKEW])
     return Parts(middle * skew, middle * math.exp(p[FLAT]), middle / skew)
 
 
 @inner
 def pulse_cost(p, points, x, log_edge, curve, normal):
-    """Misfit, and with the priors the cost, at `p`; the normal equations go into `normal`."""
+    """Misfit and cost with priors at `p`; writes the normal equations into `normal`."""
     misfit = linearize(p, points, x, curve, normal)
     return misfit, misfit + add_priors(p, log_edge, 1.0, normal)
 
 
 @inner
 def add_priors(p, log_edge, times, normal):
-    """Add the priors to the normal equations at `p`, so many times; their cost."""
+    """Add the priors to the normal equations at `p`; returns their cost."""
     skew, flatness = p[SKEW] / SKEW_SD, (p[FLAT] - FLAT_MEAN) / FLAT_SD
     power, length = p[POWER] / POWER_SD, (p[LENGTH] - log_edge) / LENGTH_SD
     normal[SKEW, SKEW] += times / SKEW_SD**2
@@ -179,7 +179,7 @@ def put_products(p, parts, points, first, fall, last, curve, normal):
 
 @inner
 def _reached(at, per, count):
-    """The first of `count` points, `per` apart, that lies at or beyond a place."""
+    """Index of the first point at or beyond a place."""
     return int(min(max(math.ceil(at / per), 0.0), float(count)))
 
 

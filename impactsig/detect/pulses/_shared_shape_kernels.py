@@ -41,7 +41,7 @@ SPREAD, WEIGHT = np.array([0.001, 0.004, 0.0005, 0.001, 0.0005]), 1.0
 
 
 class Fits(NamedTuple):
-    """Fits of pulses; the last axis counts them, for loops over it run in lanes."""
+    """Fits of pulses; the last axis is the pulse."""
 
     own: np.ndarray  # (2, 2, n), Haa^-1
     pull: np.ndarray  # (2, n), Haa^-1 ga
@@ -119,7 +119,7 @@ def set_free(kept):
 # reassoc: sums over the pulses run in lanes.
 @njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
 def estimate_shape(fits, about, before, rounds):
-    """The shape that fits share, expected near `about`; fills in their steps and covariances.
+    """Estimate the shape that fits share; fills in their steps and covariances.
 
     It is looked for from the shape `before`, in so many rounds.
     """

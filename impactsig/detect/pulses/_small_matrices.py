@@ -1,4 +1,4 @@
-"""Cholesky's factors, without roots, of small positive definite matrices, and what they solve.
+"""Square-root-free Cholesky factors of small positive definite matrices, and solvers.
 
 A = L D L' with ones in the diagonal of L: its place is taken by the reciprocals of D.
 """
@@ -10,7 +10,7 @@ from ..._compiled import inner, kernel
 
 @kernel
 def factor(a):
-    """Put the factors into the lower triangle of `a`; False if it is not definite."""
+    """Factor in the lower triangle of `a`; False if it is not positive definite."""
     for i in range(len(a)):
         for j in range(i):
             total = a[i, j]

@@ -1,4 +1,4 @@
-"""What is read off the samples of one pulse, without a model of its shape."""
+"""Model-free quantities of one pulse, from its samples."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Baseline(NamedTuple):
 
 @kernel
 def walk(x, index, step, limit, level):
-    """From `index` outward to the first of two successive samples below `level`, or to `limit`."""
+    """Walk outward from `index` to the first two successive samples below `level`."""
     while index != limit:
         if x[index] < level and (index + step == limit or x[index + step] < level):
             return index
@@ -40,7 +40,7 @@ def walk(x, index, step, limit, level):
 
 @kernel
 def crossing(x, index, step, limit, level):
-    """Where the signal first falls below `level`, going outward; linear between samples."""
+    """Position at which the signal first falls below `level`, outward, by linear interpolation."""
     if x[index] < level:
         return float(index)
     while index != limit:
@@ -53,7 +53,7 @@ def crossing(x, index, step, limit, level):
 
 @inner
 def edge_group(x, top, step, limit, level, noise):
-    """How many samples of an edge to take together, and its slope [1 / sample], at a level.
+    """Number of samples of an edge to average, and its slope [1 / sample], at a level.
 
     As many as show the slope between two groups to a tenth, within the lower half of the edge.
     """
@@ -65,7 +65,7 @@ def edge_group(x, top, step, limit, level, noise):
 
 @inner
 def outermost(x, index, step, limit, level, run):
-    """From `index` outward, the last sample before `run` successive ones below `level`."""
+    """Last sample outward from `index` before `run` successive samples below `level`."""
     below = 0
     while index != limit and below < run:
         index += step
@@ -75,7 +75,7 @@ def outermost(x, index, step, limit, level, run):
 
 @kernel
 def touch(x, top, step, limit, level, noise):
-    """Where the edge, followed outward to the last sample above `level`, comes down to zero.
+    """Position at which the edge, extrapolated beyond the last sample above `level`, is zero.
 
     The parabola through that sample and the two before it, or their line where it does not
     reach zero; within a factor of two of the line, and not beyond the first sample that lies
@@ -118,7 +118,7 @@ def touch(x, top, step, limit, level, noise):
 
 @inner
 def crest_at(x, top, sigma):
-    """Height of the crest at sample `top`, by a parabola, and where it lies between samples.
+    """Height and position of the crest at sample `top`, by a parabola.
 
     The sample itself where it does not stand out: at a plateau's edge a parabola would overshoot.
     """
@@ -131,7 +131,7 @@ def crest_at(x, top, sigma):
 
 @inner
 def valley(x, a, b):
-    """Index of the least three-sample mean strictly between a < b."""
+    """Index of the least mean of three samples strictly between a and b."""
     best = a + 1
     least = np.inf
     for i in range(a + 1, b):
@@ -143,7 +143,7 @@ def valley(x, a, b):
 
 @allocating
 def remove_baseline(x, a, b, c, d, sigma, height, at_top):
-    """Subtract from x, in place, the line through x[a:b] and x[c:d] (a level where one is empty).
+    """Subtract the line through x[a:b] and x[c:d], in place (a level if one is empty).
 
     Returns it, with its value at index `at_top`.
 
@@ -208,7 +208,7 @@ def integral(x, a, b):
 
 @kernel
 def mark_clipped(values, start, reference, factor, limit, rows):
-    """Put 1 behind the fields of each measured pulse that is clipped, else 0.
+    """Set the clipped flag of each measured pulse.
 
     What a clipped one has lost of its peak and impulse is unknown.
 

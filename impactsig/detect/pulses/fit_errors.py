@@ -1,4 +1,4 @@
-"""Standard errors of a fitted pulse, and what is kept of a fit.
+"""Standard errors of a fitted pulse, and the data that are kept of a fit.
 
 With J the derivatives of the samples by the parameters, in units of the noise that the fit
 assumed, and P the information in the priors, N = J^T J + P. Noise of variance v in the same units,
@@ -128,7 +128,7 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
 
 @inner
 def put_contact(parts, along):
-    """Put the derivatives of the contact time by the parameters into `along`."""
+    """Write the derivatives of the contact time by the parameters into `along`."""
     along[SKEW], along[FLAT] = 0.5 * (parts.rise - parts.fall), parts.flat
     along[LENGTH] = parts.rise + parts.flat + parts.fall
 
@@ -143,7 +143,7 @@ def _product(a, b):
 
 @inner
 def _factor_with(normal, factors):
-    """Put the factors of the normal equations with the fit's priors into `factors`."""
+    """Factor the normal equations with the priors of the fit."""
     for i in range(WIDER):
         for j in range(i):
             factors[i, j] = normal[i, j]

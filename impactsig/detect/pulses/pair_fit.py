@@ -1,4 +1,4 @@
-"""Two half-sines that overlap, to be fitted together.
+"""Joint fit of two half-sines that overlap.
 
     f(t) = sum over both of A sin(pi (t - t0) / T)        t0 <= t < t0 + T
 
@@ -22,7 +22,7 @@ SHARES = np.array(
 
 @inner
 def begin_pair(points, x, first, last, p):
-    """The best of several pairs from first to last touch that the two have together, into `p`."""
+    """Initial guess of a pair between first and last touch, into `p`."""
     best = np.inf
     for share in SHARES:
         length = share * (last - first)
@@ -57,7 +57,7 @@ def _half_sine_at(u, length):
 
 @inner
 def pair_cost(p, points, x, normal):
-    """Misfit, and with the prior the cost, at `p`; J^T J and J^T e go into `normal`."""
+    """Misfit and cost with the prior at `p`; writes the normal equations into `normal`."""
     for i in range(PAIR):
         for j in range(normal.shape[1]):
             normal[i, j] = 0.0
@@ -101,7 +101,7 @@ def pair_cost(p, points, x, normal):
 
 @inner
 def _slopes(height, u, length):
-    """A half-sine of height 1 at u, and its derivatives by start and logarithm of the length."""
+    """A unit half-sine at u, and its derivatives by start and log length."""
     angle = math.pi * u / length
     cosine = -height * math.cos(angle)
     return math.sin(angle), cosine * math.pi / length, cosine * angle
@@ -109,7 +109,7 @@ def _slopes(height, u, length):
 
 @inner
 def _add(normal, at, f, start, log, e):
-    """Add a point's products to the normal equations of the pulse whose first parameter is `at`."""
+    """Add a point to the normal equations of the pulse whose first parameter is `at`."""
     normal[at, at] += f * f
     normal[at + 1, at] += start * f
     normal[at + 1, at + 1] += start * start

@@ -1,4 +1,4 @@
-"""Two pulses that overlap, measured together: each as the half-sine that it contributes."""
+"""Joint measurement of two pulses that overlap, as half-sines."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ PLACED = 0.3  # lengths that a fitted crest may be off the crest of the response
 
 @inner
 def _may_overlap(first, second):
-    """Whether two events are so close that they may be a pair."""
+    """Whether two events are close enough to be a pair."""
     apart = second[0] - first[0]
     return 2.0 <= apart <= NEAR * 0.5 * (first[2] + second[2]) / MATCH
 
 
 @kernel
 def with_partners(events, again, out):
-    """Mark the events that are to be measured again, and what may be a pair with one of them."""
+    """Mark the events to be measured again, together with their possible partners."""
     for k in range(len(out)):
         out[k] = again[k]
     for k in range(1, len(out)):
@@ -40,7 +40,7 @@ def with_partners(events, again, out):
 
 @allocating
 def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
-    """Measure pulses that lie in pairs anew, in the rows of `out`, where two half-sines fit.
+    """Measure pulses in pairs again, in the rows of `out`, where two half-sines fit.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def measure_pairs(signal, origin, events, again, sigma, level, relative, out):
 
 @allocating
 def _fit(signal, origin, first, second, sigma, p, errors):
-    """Whether two half-sines fit; their heights, starts and lengths [samples] into `p`.
+    """Whether two half-sines fit; writes heights, starts and lengths [samples] into `p`.
 
     Standard errors of start, contact, peak and impulse go into the two rows of `errors`.
     """
@@ -105,7 +105,7 @@ def _fit(signal, origin, first, second, sigma, p, errors):
 
 @allocating
 def _standard_errors(points, means, p, misfit, seen, errors):
-    """From the posterior covariance, times the misfit where that is more than noise.
+    """Standard errors from the posterior covariance, scaled by the misfit if above noise.
 
     False where the samples do not determine the pair: one of the two is next to nothing.
     """

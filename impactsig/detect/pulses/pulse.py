@@ -1,4 +1,4 @@
-"""One pulse measured: first and last touch, peak, impulse, without assuming its shape.
+"""Measurement of one pulse: touch, release, peak, impulse, without assuming its shape.
 
 A family of shapes is fitted (`_fit.py`). A pulse that clearly is no member (residual
 variance more than twice the noise) is measured on its own edges: the last samples above a level,
@@ -49,7 +49,7 @@ NEARLY = 0.05  # of the height: of what the family misses by less, other pulses 
 
 
 class Pulse(NamedTuple):
-    """What is measured of one pulse; times in samples, `start` since the start of the segment."""
+    """Measured quantities of one pulse; times in samples since the start of the segment."""
 
     start: float
     contact: float
@@ -62,7 +62,7 @@ class Pulse(NamedTuple):
 
 @allocating
 def measure_reach(width):
-    """How many samples to either side of its peak the measurement of a pulse looks at."""
+    """Samples on either side of its peak that the measurement of a pulse uses."""
     return 12 * width + 16
 
 
@@ -165,7 +165,7 @@ def measure_pulse(
 
 @allocating
 def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
-    """Whether the family of shapes fits; if so, start, contact, rise time and peak of the fit.
+    """Whether the family of shapes fits; start, contact, rise time and peak of the fit.
 
     And the standard errors, that of the impulse left out.
     """
@@ -228,7 +228,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
 
 @allocating
 def measure_all(signal, origin, total, events, again, sigma, before, after, level, relative, out):
-    """Measure the events marked in `again` into rows of `out`: the fields of Pulse.
+    """Measure the events marked in `again` into rows of `out`.
 
     The standard errors go into the columns from `ERRORS` on, the fits into those from `FIT` on.
 

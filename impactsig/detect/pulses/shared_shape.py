@@ -1,4 +1,4 @@
-"""The shape that impacts of one machine share, and each of them measured with it.
+"""The pulse shape that impacts of one machine share, and measurement of each by it.
 
 Skew, flatness, power and length of the edges and the difference of their powers are taken as
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
@@ -61,7 +61,7 @@ MISSED = 2.0
 
 
 class Work(NamedTuple):
-    """Room to measure a pulse in."""
+    """Work arrays for the measurement of a pulse."""
 
     new: np.ndarray  # (WIDER,), its parameters
     along: np.ndarray  # (3, WIDER), derivatives of instant, contact time and peak
@@ -71,7 +71,7 @@ class Work(NamedTuple):
 
 @allocating
 def share_shape(rows, x, origin, timed):
-    """Measure the pulses of `rows` anew, in place, each by the shape that they share.
+    """Measure the pulses of `rows` again, in place, by their shared shape.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def _share(rows, alike, timed, alone, about, before, rounds):
 
 @inner
 def _measure(row, i, fits, shape, timed, alone, work):
-    """Write instant, contact time and peak of pulse i, and their errors, by the shape."""
+    """Write instant, contact time and peak of pulse i, with errors, by the shared shape."""
     kept = row[FIT:]
     old = kept[ESTIMATE : ESTIMATE + WIDER]
     new, along, seen, turned = work

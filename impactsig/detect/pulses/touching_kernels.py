@@ -1,4 +1,4 @@
-"""Kernels that tell two pulses which touch or overlap from one.
+"""Kernels that recognise two pulses that touch or overlap.
 
 Two half-sines are fitted to the samples (`pair_fit.py`), and one pulse of the family of shapes
 (`_fit.py`). They are two where two half-sines leave far less than one pulse does: less by
@@ -45,7 +45,7 @@ class Window(NamedTuple):
 
 @inner
 def look_around(x, origin, centre, width, height, base, sigma, points, means):
-    """Fill `points` (0, 1, ...) and `means` with what stands around a crest, feet included.
+    """Fill `points` and `means` with the surroundings of a crest, feet included.
 
     The baseline is the mean of what lies outside of the feet, as far as it does not rise again.
     """
@@ -109,7 +109,7 @@ def _pad(means, k, step, limit, pad, stop):
 
 @allocating
 def two_pulses(x, origin, centre, width, height, base, sigma, pair):
-    """Whether what stands around a crest is two pulses that overlap; if so, `pair` is filled.
+    """Whether a crest is that of two overlapping pulses; if so, fills `pair`.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
 
 @inner
 def plausible(p):
-    """Whether both are pulses that a detector could part: neither a ripple on the other."""
+    """Whether both are separate pulses, and neither is a ripple on the other."""
     long, short = math.exp(max(p[2], p[5])), math.exp(min(p[2], p[5]))
     high, weak = max(p[0], p[3]), min(p[0], p[3])
     apart = p[4] - p[1]
@@ -163,7 +163,7 @@ def plausible(p):
 
 @inner
 def to_samples(p, seen):
-    """A pair's parameters, in place, from points and units of the noise."""
+    """Convert a pair's parameters in place, from points and units of the noise."""
     for m in range(0, PAIR, 3):
         p[m] *= seen.unit
         p[m + 1] = seen.first + p[m + 1] * seen.per + 0.5 * (seen.per - 1)
@@ -172,7 +172,7 @@ def to_samples(p, seen):
 
 @allocating
 def _left_by_one(points, means, seen, from_feet):
-    """Sum of squares that one pulse leaves, fitted from its crossings or from its feet."""
+    """Residual sum of squares of one pulse, fitted from its crossings or from its feet."""
     p = np.empty(PARAMETERS)
     _begin_one(means, p)
     half = 0.5 * (seen.right - seen.left)
@@ -183,7 +183,7 @@ def _left_by_one(points, means, seen, from_feet):
 
 @inner
 def _begin_one(means, p):
-    """Where the fit of one pulse begins: crossings of 0.2 and 0.8 of the height."""
+    """Initial guess for one pulse: its crossings of 0.2 and 0.8 of the height."""
     top = 0
     for k in range(len(means)):
         if means[k] > means[top]:

@@ -1,1 +1,1 @@
-"""Where a force record has impacts: responses of many widths, noise, which crests are impacts."""
+"""Search of a force record: matched responses of many widths, noise, and decisions."""

@@ -1,4 +1,4 @@
-"""Kernels of the background: a rough baseline, and the samples that belong to it."""
+"""Kernels for the background: a rough baseline, and a mask of the samples that belong to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SEEN = 256  # values that a median is taken of
 
 @njit(nogil=True, error_model="numpy", fastmath={"nnan", "nsz"})
 def take(values, reference, factor, out):
-    """Fill `out` with `factor` times what the values are above the reference; their range."""
+    """Copy `factor` times the values above the reference into `out`; returns their range."""
     lowest, highest = np.inf, -np.inf
     for i in range(len(values)):
         x = (np.float64(values[i]) - reference) * factor
@@ -33,7 +33,7 @@ def take(values, reference, factor, out):
 
 @allocating
 def chunk_medians(x, chunk, out):
-    """Medians of the chunks of x, of SEEN samples each; the last chunk may be longer.
+    """Medians of the chunks of x, from SEEN samples each; the last chunk may be longer.
 
     One chunk alone may be a capture that is mostly pulse: its baseline is a low sample of it.
     """
@@ -51,7 +51,7 @@ def chunk_medians(x, chunk, out):
 
 @njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nnan", "nsz"})
 def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, counts, spikes):
-    """Mark the samples of x that are no background; block sums of those that are.
+    """Mark the samples of x that are not background; block sums of the background.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
 
 @kernel
 def next_marked(mask, i):
-    """Number of the first sample from i on that is marked; of the end if none is."""
+    """Index of the first marked sample from i on; the length if there is none."""
     n = len(mask)
     while i < n and i % 8:
         if mask[i]:
@@ -169,7 +169,7 @@ def next_marked(mask, i):
 
 @allocating
 def _outlying_blocks(mask, block, sums, counts):
-    """Mark the blocks whose means are outlying too, and those beside them: feet of pulses."""
+    """Mark blocks with outlying means, and their neighbours: the feet of pulses."""
     values = np.empty(len(sums))
     count = 0
     for k in range(len(sums)):
@@ -198,7 +198,7 @@ def _outlying_blocks(mask, block, sums, counts):
 
 @inner
 def _stands_alone(x, i, sigma):
-    """Whether sample i is off its neighbours by far more than they are off theirs."""
+    """Whether sample i deviates from its neighbours far more than they do from theirs."""
     if i < 2 or i > len(x) - 3:
         return False
     off = abs(x[i] - 0.5 * (x[i - 1] + x[i + 1]))
@@ -208,7 +208,7 @@ def _stands_alone(x, i, sigma):
 
 @inner
 def _baseline(medians, chunk, i):
-    """The line between the medians of the chunks whose middles are before and after sample i."""
+    """Baseline at sample i: interpolated between the medians of the chunks beside it."""
     place = (i + 0.5) / chunk + 0.5
     k = min(int(place), len(medians) - 2)
     return medians[k] + (place - k) * (medians[k + 1] - medians[k])

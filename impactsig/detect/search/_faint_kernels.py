@@ -1,4 +1,4 @@
-"""The crests of one width, up and down: what faint impacts and the noise alike show there."""
+"""Kernel that finds the crests of one width, upward and downward, down to the noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ._response_kernels import Stretch, block_means, crests_on
 
 @allocating
 def find_faint(here: Stretch, rung: int, least: float, out: np.ndarray) -> tuple[int, int]:
-    """Upward crests of the responses on one rung, then downward ones.
+    """Upward, then downward crests of the responses of one width.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The level above which hardly any response is noise."""
+"""Level that controls the false discovery rate."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def discovery_level(
 
 @njit(nogil=True)
 def _level(widths: float, seconds: float, least: float) -> float:
-    """The lowest level that is exceeded FALSE_RATE times a second."""
+    """The lowest level with FALSE_RATE exceedances per second."""
     rare = FALSE_RATE * seconds / max(widths, 1.0)
     low, high = least, 40.0
     if excursions(low) <= rare:

@@ -1,4 +1,4 @@
-"""Kernels that read the noise of the responses.
+"""Kernels that measure the noise of the responses.
 
 It is read from the record with its impacts cut out: what is no background is replaced by straight
 lines. So neither impacts nor steps, bumps and glitches raise it, however many widths a response
@@ -23,7 +23,7 @@ PLACES = 320  # responses that tell the noise of a width
 
 @allocating
 def _cut_out(x, mask, runs, kept):
-    """Put straight lines in place of what is marked in x; levels where it reaches an end.
+    """Replace the marked stretches of x by straight lines.
 
     The marked stretches go into `runs`, first samples and those after the last, and what was there
     into `kept`. Returns how many there are.
@@ -65,7 +65,7 @@ def _put_back(x, runs, kept):
 
 @inner
 def _beside(x, mask, first, step, wanted):
-    """Mean of up to `wanted` samples from `first` on, as far as they are background."""
+    """Mean of up to `wanted` background samples from `first` on."""
     total, count, i = 0.0, 0, first
     while 0 <= i < len(x) and not mask[i] and count < wanted:
         total += x[i]
@@ -76,7 +76,7 @@ def _beside(x, mask, first, step, wanted):
 
 @allocating
 def _response_noise(sums, runs, rungs, floor, sigma, out):
-    """Standard deviation of the responses on each rung, from PLACES of them.
+    """Standard deviation of the responses of each width, from PLACES of them.
 
     Where too little background is left of a stretch, the noise of a width is that of the widest
     rung that it is not too short for: noise of any colour is averaged down by a greater width, or
@@ -138,7 +138,7 @@ def _response_noise(sums, runs, rungs, floor, sigma, out):
 
 @allocating
 def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, out):
-    """Take samples that stand alone out of x, in place; the noise of its responses.
+    """Remove isolated samples from x, in place, and measure the noise of its responses.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def read_noise(x, spikes, mask, rungs, floor, rest, sigma, sums, out):
 
 @allocating
 def noise_around(noise, at, least, out):
-    """Fill `out` with the noise in the span of row `at`, from that of some spans, a row each.
+    """Noise of the span of row `at`, from those of neighbouring spans.
 
     The median; but a louder span counts for itself and the next ones, as responses at the border
     see the noise beyond it.

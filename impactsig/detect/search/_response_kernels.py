@@ -1,4 +1,4 @@
-"""Kernels of the search: block means, responses at all widths, and their crests."""
+"""Kernels for matched responses at all widths, and their crests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CREST = 4  # fields of a crest: centre, rung, response, response over its noise
 
 
 class Stretch(NamedTuple):
-    """Samples that are searched, with those beside them.
+    """Samples to be searched, with their surroundings.
 
     `x` holds the samples from sample `origin` on, of `total` in all, far enough to either side of
     those searched: [first, last). `origin` and `first` are whole numbers of the widest blocks.
@@ -82,7 +82,7 @@ def running_sums(x, first, count, sums):
 
 @kernel
 def parts(sums, lo, total, i, unit, near, far):
-    """Mean over the centre, and over either flank, at value i; all above one reference.
+    """Mean over the centre and over either flank, at value i, above a common reference.
 
     `sums` are those of the values from `lo` on, of `total` in all. Where less than a width of
     a flank lies within the series, the other flank speaks for both: what is under way there may be
@@ -110,13 +110,13 @@ def parts(sums, lo, total, i, unit, near, far):
 
 @inner
 def gated(centre, left, right, gain):
-    """The response, or what the rise above the higher flank allows of it; not above 0 on a ramp."""
+    """The response, limited by the rise above the higher flank; not positive on a ramp."""
     return gain * min(centre - 0.5 * (left + right), (centre - max(left, right)) / GATE)
 
 
 @inner
 def parts_inside(sums, k, unit, near, far, per_unit, per_side):
-    """What `parts` gives at the k-th of the summed values, whose flanks lie within the series.
+    """As `parts`, where both flanks lie within the series.
 
     `per_unit` and `per_side` are one over the values of the centre and of a flank.
     """
@@ -129,7 +129,7 @@ def parts_inside(sums, k, unit, near, far, per_unit, per_side):
 
 @inner
 def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
-    """Responses of values [start, stop), without the gate."""
+    """Responses of values [start, stop), without the limit."""
     reach = far + unit
     a, b = min(max(start, reach), stop), max(min(stop, total - reach), start)
     if b > a:
@@ -144,7 +144,7 @@ def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
 
 @inner
 def _respond_inside(sums, k, unit, near, far, gain, y):
-    """Responses from the k-th of the summed values on, whose flanks lie within the series."""
+    """The same where all flanks lie within the series."""
     before = (unit - 1) // 2
     after = unit - before
     count = len(y)
@@ -159,7 +159,7 @@ def _respond_inside(sums, k, unit, near, far, gain, y):
 
 @inner
 def _next_above(y, i, stop, least):
-    """Number of the first of the values from i on that is at least `least`; `stop` if none is."""
+    """Index of the first value from i on that is at least `least`; `stop` if none."""
     # Values are counted, because the compiler runs that in lanes; by numbers without a sign,
     # because it looks at the sign of every other index.
     at, step = np.uint64(i), np.uint64(STEP)
@@ -221,7 +221,7 @@ def find_crests(here, thresholds, out):
 
 @allocating
 def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, found):
-    """Add to `out` the crests of one level, within values [first, last) of it."""
+    """Append the crests of one block size, within values [first, last)."""
     block = FACTOR**level
     below, beyond = 0, 0
     for j in range(len(rungs.level)):
@@ -289,7 +289,7 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
 
 @inner
 def _note(at, first, last, unit, block, rung, response, out, found):
-    """Put a crest into the next row of `out`, if it lies in [first, last) and there is room."""
+    """Append a crest to `out` if it lies in [first, last) and there is room."""
     if first <= at < last and found < len(out):
         shift = 0.5 * (unit - 1) - (unit - 1) // 2  # of the centre, where the width is even
         out[found, 0] = (at + 0.5 + shift) * block - 0.5
@@ -300,7 +300,7 @@ def _note(at, first, last, unit, block, rung, response, out, found):
 
 @inner
 def noise_at(width, widths, noise):
-    """Noise of the response to a width, between those of the rungs beside it."""
+    """Noise of the response of a width, interpolated between the tabulated widths."""
     if width <= widths[0]:
         return noise[0]
     for j in range(1, len(widths)):

@@ -1,4 +1,4 @@
-"""Which way the pulses of a force record point."""
+"""Polarity of the pulses of a force record."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ UNDECIDED = 0.2
 
 
 def direction(record: Survey, grid: Grid, scale: float, constant: float) -> float:
-    """Whether pulses go up or down: the heights of events in the steepest stretches tell.
+    """Polarity of the pulses, by a vote of the events in the steepest stretches.
 
     What is recorded behind an AC coupling of that time constant [samples] swings either way. Hum
     does so too, and a short stretch does not show it.
@@ -58,7 +58,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
 
 
 class _Vote(NamedTuple):
-    """What the events of stretches say."""
+    """Votes of the events of stretches."""
 
     lead: float  # of those that point upward, from -1 to 1
     lean: float  # of the values away from their floor
@@ -115,19 +115,19 @@ def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) ->
 
 
 def _by_cell(events: np.ndarray, count: int) -> np.ndarray:
-    """Sums of squares of heights: what rings swings back as often, but each time less."""
+    """Sums of squared heights, in which ringing counts less with every swing."""
     cells = np.minimum((events[:, 0] / CELL).astype(np.int64), count - 1)  # some end the last
     return np.bincount(cells, events[:, 2] ** 2, count)
 
 
 def _median_of_three(x: np.ndarray) -> np.ndarray:
-    """The middle one of each sample and its two neighbours."""
+    """Running median of three samples."""
     pair = np.minimum(x[:-2], x[1:-1]), np.maximum(x[:-2], x[1:-1])
     return np.concatenate((x[:1], np.maximum(pair[0], np.minimum(pair[1], x[2:])), x[-1:]))
 
 
 def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:
-    """Whether the first second of a frame shows lines of the mains."""
+    """Whether the first second of a frame shows mains lines."""
     first = x[: grid.span]
     spans = Spans(grid, len(first), search=False)
     spans.load((first.astype(np.float64) - float(first[0])) * scale, 0.0, 1.0)

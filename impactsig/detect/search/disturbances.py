@@ -1,4 +1,4 @@
-"""What a force record shows besides impacts."""
+"""Disturbances in a force record: what is not an impact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOVED = 8.0
 
 
 def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
-    """Those of span k, given its events that no contact is as long as."""
+    """Disturbances of span k, given its events that are longer than a contact."""
     span = spans.spans[k]
     found = []
     if len(span.glitches):
@@ -31,7 +31,7 @@ def disturbances(spans: Spans, k: int, wide: np.ndarray) -> list[Disturbance]:
 
 
 def joined(found: list[Disturbance]) -> list[Disturbance]:
-    """Those of a record, in order, with dropouts that go on across a border made one."""
+    """Disturbances of a record, in order, with dropouts joined across spans."""
     out: list[Disturbance] = []
     last = -1  # place of the last dropout
     for one in found:
@@ -45,7 +45,7 @@ def joined(found: list[Disturbance]) -> list[Disturbance]:
 
 
 def _baseline_moves(spans: Spans, k: int) -> list[Disturbance]:
-    """Where, in span k, the baseline moves by far more than it does elsewhere."""
+    """Places in span k where the baseline moves unusually far."""
     span, chunk = spans.spans[k], spans.grid.chunk
     before = spans.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
     beside = spans.around(k, 2)

@@ -1,4 +1,4 @@
-"""Kernels that make events of crests: one an impact, each with the width that suits it best.
+"""Kernels that group crests into events: one per impact, with its best width.
 
 An impact raises the responses of many widths, and those of its neighbourhood. The crest that
 stands highest above its noise is taken first; what it explains of the others is taken off them.
@@ -50,7 +50,7 @@ def _sine_within(x):
 
 @kernel
 def explained(apart, width, wide):
-    """Response on a width to a half-sine of height 1 that suits the width `wide`, `apart` away."""
+    """Response of a width to a unit half-sine of another width, at a distance."""
     turn = math.pi * MATCH / wide
     centre, half = turn * apart, 0.5 * turn * width
     near, far = turn * (1.5 * width + 0.5), turn * (5.5 * width + 4.5)
@@ -62,7 +62,7 @@ def explained(apart, width, wide):
 
 
 class Noise(NamedTuple):
-    """Noise of the responses: of the rungs, and of each width once that was asked for, else NaN."""
+    """Noise of the responses: of the tabulated widths, and of others once computed, else NaN."""
 
     widths: np.ndarray
     sigma: np.ndarray
@@ -89,7 +89,7 @@ def _sigma_at(width, noise):
 
 @kernel
 def near_crests(before, own, after, first, last, widths, out, doubt):
-    """Put the crests of three spans that may matter in [first, last) into `out`; how many.
+    """Copy the crests of three spans that may matter in [first, last); returns their number.
 
     They stay in their order. `doubt` takes what is the less the more certain they are.
     """
@@ -111,7 +111,7 @@ def near_crests(before, own, after, first, last, widths, out, doubt):
 
 
 def strongest_first(doubt):
-    """Numbers of the crests from the most certain to the least, equal ones in their order."""
+    """Indices of the crests from the most to the least certain; ties in order."""
     order = np.argsort(doubt)
     # What keeps the order of equal values takes three times as long.
     return np.argsort(doubt, kind="stable") if _tied(doubt, order) else order
@@ -127,7 +127,7 @@ def _tied(values, order):
 
 @allocating
 def find_events(here, crests, order, widest, out):
-    """Events whose crests lie in a stretch, in the order of time.
+    """Events whose crests lie in a stretch, in order of time.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def find_events(here, crests, order, widest, out):
 
 @allocating
 def _among(x, origin, total, event):
-    """Height of an event over the responses around it, inf where these are no louder than noise.
+    """Height of an event over the responses around it; inf if these are only noise.
 
     Within a burst, or in the ringing after a shock, one of many crests is no impact.
     """
@@ -227,7 +227,7 @@ def _among(x, origin, total, event):
 
 @allocating
 def _leading(crests, order, widths, out):
-    """Numbers of the crests, in the order of `order`, that those before them do not explain.
+    """Indices of the crests that stronger crests do not explain, in the order of `order`.
 
     Parameters
     ----------
@@ -278,7 +278,7 @@ def _leading(crests, order, widths, out):
 
 @inner
 def _margin(widest):
-    """Samples to the outer end of a flank of a response, and of the crest's way."""
+    """Samples from the crest to the outer end of a flank."""
     return int(6.2 * widest) + 16
 
 
@@ -290,7 +290,7 @@ def _room_for(widest):
 
 @inner
 def _best(x, origin, total, centre, narrowest, widest, noise, sums, event, room=np.inf):
-    """Fill `event` with the best of the widths in a range, near a centre; quarter octaves.
+    """Find the best width in a range near a centre, in quarter octaves.
 
     The crest is looked for within 0.6 widths and `room` of the centre. `sums` is room to work in.
     """
@@ -332,7 +332,7 @@ def _best(x, origin, total, centre, narrowest, widest, noise, sums, event, room=
 
 @allocating
 def _parted(x, origin, total, event, noise, out):
-    """The events that one is made of.
+    """The events that an event consists of.
 
     Two where two half-sines explain the samples and one pulse does not; or one for each crest where
     the samples dip between crests and no single pulse explains that.
@@ -387,7 +387,7 @@ def _parted(x, origin, total, event, noise, out):
 
 @allocating
 def _distinct(events, order, out):
-    """Mark in `out` the events, in the order of `order`, that lie on none before them."""
+    """Mark the events that do not overlap a stronger one."""
     taken = np.empty((len(order), 2))
     count = 0
     for index in order:

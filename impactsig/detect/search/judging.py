@@ -1,4 +1,4 @@
-"""Which events of a force record are impacts, by what was found in the seconds around them."""
+"""Decision which events of a force record are impacts, from the seconds around them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LEAST_SAMPLES = 32
 
 
 class Level(NamedTuple):
-    """What a response must reach: in the unit, or in its own noise, or a probability."""
+    """Threshold of a response: in the unit, in sigma, or as a probability."""
 
     unit: float | None = None
     sigma: float | None = None
@@ -46,12 +46,12 @@ class Level(NamedTuple):
 
     @property
     def given(self) -> bool:
-        """Whether it is one of the response, in place of the probability."""
+        """Whether it is a threshold of the response rather than a probability."""
         return self.unit is not None or self.sigma is not None
 
 
 class Judge:
-    """Which events are impacts, from the events of the seconds around.
+    """Decides which events are impacts, from those of the seconds around.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Judge:
         return np.ones(len(self.events), bool)  # the search went by the level
 
     def _choose(self, high: np.ndarray) -> None:
-        """Tell which of the events may be impacts, of those that are high enough."""
+        """Select possible impacts among the events that are high enough."""
         self.high, events = high, self.events
         self.near = events[self.fits & high]
         self.in_step = not self.level.given and in_step_with_mains(self.near, self.grid.rate)
@@ -97,23 +97,23 @@ class Judge:
 
     @property
     def too_wide(self) -> np.ndarray:
-        """Which of the events are longer than a contact."""
+        """Mask of the events that are longer than a contact."""
         return self.high & ~self.fits
 
     def _rings(self, events: np.ndarray) -> np.ndarray:
-        """Events that are the ringing of a sensor: narrower and far weaker than one just before."""
+        """Mask of ringing events: narrower and far weaker than one just before."""
         rings = np.empty(len(events), np.bool_)
         ringing(events, self.near, rings)
         return rings
 
     def _lobes(self, events: np.ndarray) -> np.ndarray:
-        """Events that may be the ringing of a filter beside a greater one."""
+        """Mask of possible side lobes of a filter beside a greater event."""
         beside = np.empty(len(events), np.bool_)
         lobes(events, self.near, beside)
         return beside
 
     def rung(self) -> int | None:
-        """The width to look for fainter impacts at; None where there is no sign of any.
+        """Width at which to search for fainter impacts; None if there is no sign of any.
 
         Several impacts show which width, and that some stand little above the level of certainty
         shows that others may lie below it.
@@ -130,7 +130,7 @@ class Judge:
         return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
 
     def look_again(self, rung: int, seen: list[Faint]) -> None:
-        """Take crests at one width for impacts, and give all events their probability."""
+        """Add crests of one width, and assign probabilities to all events."""
         events, width = self.events, float(self.grid.rungs.width[rung])
         taken = events[self.certain | self.passing]
         taken = taken[np.argsort(taken[:, 0], kind="stable")]
@@ -160,7 +160,7 @@ class Judge:
     def _weigh(
         self, width: float, upward: np.ndarray, downward: np.ndarray, up: float, down: float
     ) -> np.ndarray:
-        """Give the certain events of a width their probability; that of upward crests.
+        """Assign probabilities to the certain events of a width; returns those of upward crests.
 
         The crests are those of so many samples.
         """
@@ -174,7 +174,7 @@ class Judge:
         return out[:n]
 
     def decide(self) -> None:
-        """Keep what is likely enough."""
+        """Keep the events that are probable enough."""
         if self.level.given:
             return
         least = self.level.least_probability
@@ -194,11 +194,11 @@ class Judge:
         self.faint, self.faint_probability = self.faint[likely], self.faint_probability[likely]
 
     def _free(self, events: np.ndarray, reach: float) -> float:
-        """Samples that are not within `reach` widths of an event, were all events far apart."""
+        """Number of samples farther than `reach` widths from any event."""
         return self.samples - min(2 * reach * events[:, 1].sum(), 0.9 * self.samples)
 
     def _apart(self, crests: np.ndarray, events: np.ndarray, reach: float) -> np.ndarray:
-        """Crests that no event is within `reach` widths of, in the order of time."""
+        """Crests farther than `reach` widths from any event, in order of time."""
         crests = crests[np.argsort(crests[:, 0], kind="stable")]
         alone = np.empty(len(crests), np.bool_)
         apart(crests, events, reach, alone)
@@ -206,7 +206,7 @@ class Judge:
 
 
 def one_sided_noise(span: Span, width: float) -> float:
-    """Standard deviation of the response with one flank, which slow changes are seen in."""
+    """Standard deviation of the response with one flank, which includes slow changes."""
     sums = np.concatenate(([0.0], np.cumsum(span.clean)))
     wide = int(width)
     start = np.arange(0, len(span.clean) - 7 * wide, max(1, wide // 4))
@@ -218,7 +218,7 @@ def one_sided_noise(span: Span, width: float) -> float:
 
 
 def in_step_with_mains(events: np.ndarray, rate: float) -> bool:
-    """Whether weak events come with the mains, once a period: what switches, not what hits."""
+    """Whether weak events recur once per mains period, as switching does."""
     if len(events) < SEVERAL or events[:, 3].max() > FAINT:
         return False
     usual = float(np.median(np.diff(np.sort(events[:, 0])))) / rate

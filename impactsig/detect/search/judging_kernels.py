@@ -1,4 +1,4 @@
-"""Kernels that judge events: their levels, their widths, and what was measured of them."""
+"""Kernels for decisions: levels, widths, and consistency of measured pulses."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ LOBES = 32
 
 @kernel
 def alike(width, usual):
-    """Whether a width is about the usual one, as far as noise lets it be seen."""
+    """Whether a width is about the usual one, within its uncertainty."""
     return abs(np.log(width / usual)) < UNLIKE
 
 
 @njit(nogil=True)
 def levels(near, samples, seconds):
-    """What is usual among the events of some seconds, and from where on they are certain.
+    """Usual height of the events of some seconds, and the height of certain ones.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def levels(near, samples, seconds):
 
 @kernel
 def certainty(events, usual, usual_level, level_else, out):
-    """Fill `out` with the probability of events by the level of their width, where it is 1/2.
+    """Probability of events, which is 1/2 at the level of their width.
 
     As if the noise made as many of them there as impacts do; that of others follows from how many
     more or fewer of these it makes at their height.
@@ -72,7 +72,7 @@ def certainty(events, usual, usual_level, level_else, out):
 
 @kernel
 def apart(crests, events, reach, out):
-    """Mark in `out` the crests that lie on none of the events, `reach` widths to either side.
+    """Mark the crests farther than `reach` widths from any event.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def apart(crests, events, reach, out):
 
 @kernel
 def consistent(rows, total, shortest, kept, ends):
-    """Mark measured pulses about as long and as high as their responses say, and those at an end.
+    """Mark pulses whose length and height agree with their responses, and those at an end.
 
     A neighbour in the flanks makes the width too narrow, seldom too wide. At an end of the
     stretch, where a response has one flank only, a pulse is under way or there is none.
@@ -118,7 +118,7 @@ def consistent(rows, total, shortest, kept, ends):
 
 @kernel
 def too_long(rows, longest, out):
-    """Mark measured pulses that are longer than a contact and not cut off; whether any is."""
+    """Mark complete pulses that are longer than a contact; whether there are any."""
     count = 0
     for k in range(len(rows)):
         flags = int(rows[k, 5])
@@ -130,7 +130,7 @@ def too_long(rows, longest, out):
 
 @kernel
 def own_width(events, rows, widths, noise, changed):
-    """Give events the widths of what was measured, where another; whether it is any.
+    """Set the widths of events to those measured, if they differ; whether any did.
 
     A neighbour in its flanks makes a pulse look narrower than it is. Far more do so noise that
     grows with the width and, the other way round, a tone that wide responses average out: there
@@ -161,7 +161,7 @@ def own_width(events, rows, widths, noise, changed):
 
 @njit(nogil=True)
 def with_neighbors(marked):
-    """What is marked, and what is next to it."""
+    """Extend a mask to the neighbours of its marked entries."""
     out = marked.copy()
     for k in range(1, len(marked)):
         out[k] |= marked[k - 1]
@@ -171,7 +171,7 @@ def with_neighbors(marked):
 
 @kernel
 def bounds(group, first, last, total):
-    """Centres of the events next to the samples [first, last); -1 and `total` where none is."""
+    """Centres of the events next to samples [first, last); -1 and `total` if none."""
     before, after = -1.0, float(total)
     for k in range(len(group)):
         centre = group[k, 0]
@@ -184,7 +184,7 @@ def bounds(group, first, last, total):
 
 @njit(nogil=True)
 def draw_together(events, group):
-    """Draw the widths of events, in place, to those around them by how well either is known.
+    """Average the widths of events with those around them, by their uncertainties.
 
     The logarithm of a width is uncertain by about 4 over the height in standard deviations of the
     noise (measured on half-sines in white noise).
@@ -206,7 +206,7 @@ def draw_together(events, group):
 
 @njit(nogil=True)
 def worst(bad, sure):
-    """The bad ones that are no surer than a bad one beside them, which may be bad for them."""
+    """The bad events that are less certain than bad ones beside them."""
     out = bad.copy()
     for k in range(len(bad)):
         for beside in (k - 1, k + 1):
@@ -217,7 +217,7 @@ def worst(bad, sure):
 
 @kernel
 def leave_alone(rows, kept):
-    """Keep the higher of two pulses that share half of the first contact; whether all are kept."""
+    """Keep the higher of two pulses that overlap by half a contact; whether all are kept."""
     for i in range(1, len(rows)):
         if rows[i, 0] < rows[i - 1, 0] + 0.5 * rows[i - 1, 1]:
             kept[i if rows[i, 2] <= rows[i - 1, 2] else i - 1] = False
@@ -229,7 +229,7 @@ def leave_alone(rows, kept):
 
 @kernel
 def ringing(events, near, out):
-    """Mark in `out` the events that ring: narrower and far weaker than one just before.
+    """Mark ringing events: narrower and far weaker than one just before.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def ringing(events, near, out):
 
 @njit(nogil=True)
 def measured_ringing(rows, near):
-    """Measured pulses that ring: noise may widen their response, but less so their contact."""
+    """Mark measured pulses that ring, by their contact times."""
     events, out = np.empty((len(rows), 3)), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         events[k, 0] = rows[k, 0] + 0.5 * rows[k, 1]
@@ -271,7 +271,7 @@ def measured_ringing(rows, near):
 
 @kernel
 def lobes(events, near, out):
-    """Mark in `out` the events that may be the ringing of a filter beside a greater one.
+    """Mark possible side lobes of a filter beside a greater event.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What lies on the falling side of a pulse and falls like it: its tail, no second pulse.
+"""Kernels that recognise the tail of a pulse, which is not a second pulse.
 
 Where a second pulse begins before the first has ended, the samples rise again, or they fall ever
 more slowly and then faster. Those of one pulse that decays fall ever more slowly to the end,
@@ -27,7 +27,7 @@ SURE, CODES = 3.0, 1.35
 
 
 class Noise(NamedTuple):
-    """What moves the samples beside impacts."""
+    """Noise of the samples beside impacts."""
 
     widths: np.ndarray  # of responses
     sigma: np.ndarray  # their noise
@@ -36,7 +36,7 @@ class Noise(NamedTuple):
 
 @kernel
 def tails(x, origin, noise, rows, events, out):
-    """Mark in `out` the measured pulses that are the tail of the one before, which is given both.
+    """Mark measured pulses that are the tail of the one before.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def tails(x, origin, noise, rows, events, out):
 
 @inner
 def _turns(x, first, crest_by, last, stride, least):
-    """Whether the fall after a crest slows down and becomes faster again, each by `least`."""
+    """Whether the fall after a crest slows down and speeds up again, each by `least`."""
     if last - first < 2 * stride + 1:
         return True
     mean = 0.0

@@ -1,4 +1,4 @@
-"""What is known of one second of a force record."""
+"""State of the search for one second of a force record."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _nothing() -> np.ndarray:
 
 @dataclass
 class Span:
-    """What is known of one second."""
+    """Samples, noise, crests and events of one second."""
 
     first: int
     last: int

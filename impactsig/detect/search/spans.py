@@ -55,7 +55,7 @@ TINIEST = float(np.finfo(float).tiny)
 
 
 class Spans:
-    """Spans of one stretch, each brought from stage to stage as those around it allow.
+    """Spans of one stretch, each advanced from stage to stage as its neighbours allow.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Spans:
         self._level = self._held = np.nan  # what a dropout at the border began with, and its value
 
     def load(self, values: np.ndarray, reference: float, factor: float) -> None:
-        """Take the values of the next span and work as far as they go.
+        """Add the values of the next span, and advance all spans as far as possible.
 
         Samples are `factor` times what the values are above the `reference`, with pulses upward.
         """
@@ -152,11 +152,11 @@ class Spans:
         return np.concatenate([span.events for span in self.spans.values()])
 
     def around(self, k: int, reach: int) -> list[Span]:
-        """The spans at most `reach` from k that there are."""
+        """The spans at most `reach` from k."""
         return [self.spans[i] for i in range(max(0, k - reach), min(self.count, k + reach + 1))]
 
     def forget(self, before: int) -> None:
-        """Let go of the spans before one."""
+        """Drop the spans before one."""
         for k in [k for k in self.spans if k < before]:
             del self.spans[k]
 
@@ -169,7 +169,7 @@ class Spans:
         )
 
     def faint(self, k: int, rung: int) -> Faint:
-        """Crests in span k of the responses at one width, upward and downward, from LOWEST on."""
+        """Upward and downward crests in span k at one width, from LOWEST on."""
         span = self.spans[k]
         if rung not in span.faint:
             least = max(LOWEST * span.noise[rung], span.codes[rung])
@@ -180,7 +180,7 @@ class Spans:
     # -- stages --------------------------------------------------------------------------------
 
     def _fill(self, k: int) -> None:
-        """Fill dropouts; the medians, the range and the converter's step of what is left."""
+        """Fill dropouts, and compute medians, range and quantisation step."""
         span, chunk = self.spans[k], self.grid.chunk
         live = self._filled(k) if self.repeats else span.clean
         if self.constant:
@@ -220,7 +220,7 @@ class Spans:
         return live
 
     def _uncouple(self, k: int) -> None:
-        """Undo the AC coupling of the sensor: what a step leaves decays within SETTLED seconds."""
+        """Invert the AC coupling of the sensor; a step then decays within SETTLED seconds."""
         span, leak = self.spans[k], 1.0 / (SETTLED * self.grid.rate)
         if k == 0:  # as if it had lasted for ever; what is coupled has no mean but an offset
             offset = float(span.clean.mean())
@@ -228,7 +228,7 @@ class Spans:
         self._coupled = uncouple(span.clean, 1.0 / self.constant, leak, *self._coupled)
 
     def _cut(self, k: int) -> None:
-        """Tell the background from what stands out of it; see which lines of the mains it shows."""
+        """Separate the background from what stands out, and detect mains lines in it."""
         span = self.spans[k]
         if not span.range and self.skip:
             span.mask = np.zeros(len(span.clean), np.uint8)
@@ -237,7 +237,7 @@ class Spans:
             span.lines = self._background(span, self._medians(k))
 
     def _take_hum_off(self, k: int) -> None:
-        """Take mains hum off; that which only seconds beside show clearly as well."""
+        """Remove mains lines that neighbouring seconds show as well."""
         span, grid, lines = self.spans[k], self.grid, self.spans[k].lines
         if not lines and (shown := [one.lines for one in self.around(k, BESIDE) if one.lines]):
             if not len(span.sums):
@@ -264,13 +264,13 @@ class Spans:
 
     @staticmethod
     def _strong(lines: tuple[float, ...], fit: np.ndarray) -> tuple[float, ...]:
-        """Lines that impacts hidden in the hum cannot make, which come as regularly as it does."""
+        """Lines that are too strong to be made by regular impacts hidden in the hum."""
         strength = np.abs(fit[:, 0])
         least = STRONG * strength.max()
         return tuple(f for f, s in zip(lines, strength, strict=True) if s >= least)
 
     def _medians(self, k: int) -> np.ndarray:
-        """Those of the chunks of span k, of the one before and of the one after."""
+        """Medians of the chunks of span k and of its neighbours."""
         span = self.spans[k]
         medians = np.empty(len(span.medians) + 2)
         medians[0] = self.spans[k - 1].medians[-1] if k > 0 else span.medians[0]
@@ -279,7 +279,7 @@ class Spans:
         return medians
 
     def _background(self, span: Span, medians: np.ndarray) -> tuple[float, ...]:
-        """Mark what is no background; the lines that it shows, and those taken off."""
+        """Mark what is not background; the mains lines found, and those already removed."""
         grid, blocks = self.grid, len(span.clean) // self.grid.block
         if not len(span.sums):
             span.sums, span.counts = np.empty((2, blocks))
@@ -305,7 +305,7 @@ class Spans:
         return find_lines(span.sums, span.counts, pace, grid.rate, span.sigma, fitted, base)
 
     def _clean(self, k: int) -> None:
-        """Take glitches out, and read the noise of each width."""
+        """Remove glitches, and measure the noise of each width."""
         span = self.spans[k]
         beside = self.around(k, BESIDE)
         # Where what stands out lasts, single samples are none of it.
@@ -363,7 +363,7 @@ class Spans:
         span.crests = self._room[:count].copy()
 
     def _choose(self, k: int) -> None:
-        """Make events of crests."""
+        """Group the crests into events."""
         span = self.spans[k]
         if not len(span.crests):
             return

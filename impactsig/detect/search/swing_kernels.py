@@ -1,4 +1,4 @@
-"""What swings below the baseline first: ringing of a sensor, and bursts of interference.
+"""Kernels that recognise sensor ringing and bursts of interference.
 
 A stop pushes, and never pulls. Where a sensor rings after an impact, each crest follows a trough
 that is deeper than it is high; in a burst of noise most crests follow one as deep. A pulse follows
@@ -42,7 +42,7 @@ HIGHER = 3.0
 
 @allocating
 def swings_back(x, origin, dropouts, rows, out):
-    """Mark in `out` the measured pulses that another comes before, and a trough.
+    """Mark measured pulses that follow another pulse and a trough: ringing.
 
     Heights and depths are of means over half a contact, so that noise makes no trough where it
     makes no pulse.
@@ -104,7 +104,7 @@ def swings_back(x, origin, dropouts, rows, out):
 
 @allocating
 def bursts(x, origin, sigma, rows, swung, out):
-    """Mark in `out` the measured pulses that are crests of a burst of noise; whether any is.
+    """Mark measured pulses that are crests of a burst of noise; whether there are any.
 
     Of many that follow one another closely, those of a sensor that rings are each lower than the
     one before; those of noise are as often higher. What a whole structure does after a blow may
@@ -128,7 +128,7 @@ def bursts(x, origin, sigma, rows, swung, out):
 
 @inner
 def _bursts(x, origin, sigma, rows, swung, close, values, out):
-    """The same, of crests no further apart than so many times their mean contact."""
+    """The same for crests closer than a multiple of their mean contact."""
     found = False
     first = count = 0
     contacts = 0.0
@@ -154,7 +154,7 @@ def _bursts(x, origin, sigma, rows, swung, close, values, out):
 
 @inner
 def _lies_either_way(x, first, last, width, sigma, deep, values):
-    """Whether samples [first, last) move far more than those beside, and as far down as up.
+    """Whether samples [first, last) move far more than those beside, equally up and down.
 
     Somewhere they lie `deep` below the level, as what drifts does not. Means of `width` samples
     tell, so that noise does not where pulses are lower than it.
@@ -188,7 +188,7 @@ def _lies_either_way(x, first, last, width, sigma, deep, values):
 
 @inner
 def _moves(x, first, last, width):
-    """Mean square of what the means of `width` samples change by, from one to the next."""
+    """Mean square difference of successive means of `width` samples."""
     total, count = 0.0, 0
     for i in range(first + width, last - width + 1, width):
         total += (_mean(x, i, width) - _mean(x, i - width, width)) ** 2
@@ -206,7 +206,7 @@ def _mean(x, first, width):
 
 @inner
 def _is_burst(x, origin, sigma, rows, swung, count, values, out):
-    """Whether `count` pulses that follow one another are a burst; if so, mark what it explains."""
+    """Whether `count` successive pulses form a burst; if so, marks what it explains."""
     seen = below = rising = climbing = 0
     before = total = early = late = lengths = 0.0
     for k in range(len(rows)):

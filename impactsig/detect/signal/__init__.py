@@ -1,1 +1,1 @@
-"""What force and sound share: samples as a stream, widths, order statistics, probabilities."""
+"""Shared by force and sound: sample streams, widths, order statistics, probabilities."""

@@ -1,4 +1,4 @@
-"""How a record is divided into seconds, and these into chunks and blocks."""
+"""Division of a record into seconds, chunks and blocks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .ladder import FACTOR, Ladder, ladder, white_noise
 
 @dataclass
 class Grid:
-    """How a record is divided, in samples."""
+    """Division of a record, in samples."""
 
     rate: float
     longest: float  # contact
@@ -32,10 +32,10 @@ class Grid:
         self.block = max(1, round(self.rate / 1500))
 
     def count(self, total: int) -> int:
-        """Spans of a stretch; less than half a span, or than its margin, joins the last."""
+        """Number of spans of a stretch; a short remainder joins the last."""
         whole, rest = divmod(total, self.span)
         return max(1, whole + (rest >= max(self.span // 2, self.margin)))
 
     def bounds(self, k: int, total: int) -> tuple[int, int]:
-        """First sample of span k, and of what follows it."""
+        """First sample of span k, and of the next."""
         return k * self.span, total if k == self.count(total) - 1 else (k + 1) * self.span

@@ -1,4 +1,4 @@
-"""The widths that force records are searched at, and the response of a pulse to each of them.
+"""Widths at which force records are searched, and the response of a pulse to each.
 
 The response to a width w is the mean of the samples over w less the mean of both flanks,
 
@@ -27,7 +27,7 @@ HALF_SINE_GAIN = 1.16556 / math.sin(1.16556)
 
 
 class Ladder(NamedTuple):
-    """The rungs in the order of their widths, an entry each."""
+    """The widths in ascending order, with their properties."""
 
     level: np.ndarray  # of the block means: blocks of FACTOR**level samples
     unit: np.ndarray  # width in blocks
@@ -38,7 +38,7 @@ class Ladder(NamedTuple):
 
 
 def ladder(longest: float) -> Ladder:
-    """The rungs for contacts of up to `longest` samples, and two beyond.
+    """Widths for contacts of up to `longest` samples, and two beyond.
 
     Two beyond tell what is wider than a contact from the widest contact.
     """
@@ -60,7 +60,7 @@ def ladder(longest: float) -> Ladder:
 
 
 def white_noise(rungs: Ladder) -> np.ndarray:
-    """Standard deviation of the responses to white noise, over that of the first of them."""
+    """Standard deviation of the responses to white noise, relative to the first."""
     flank = (rungs.far - rungs.near) * (rungs.width // rungs.unit)
     deviation = rungs.gain * np.sqrt(1.0 / rungs.width + 0.5 / flank)
     return deviation / deviation[0]

@@ -1,4 +1,4 @@
-"""Order statistics by selection: what sorting would tell, in time proportional to the number."""
+"""Order statistics by selection, in linear time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..._compiled import kernel, njit
 
 @kernel
 def select(values, low, high, wanted):
-    """The value that sorting would put at `wanted`; low <= wanted <= high.
+    """The value that sorting would place at `wanted`; low <= wanted <= high.
 
     Values [low, high] are put out of order: lower ones come before it, higher ones after it.
     """
@@ -49,13 +49,13 @@ def select(values, low, high, wanted):
 
 @kernel
 def median_of(values, count):
-    """Median of the first `count` values, which are put out of order; the upper of two."""
+    """Upper median of the first `count` values, which are reordered."""
     return select(values, 0, count - 1, count // 2)
 
 
 @kernel
 def centre_of(values, count):
-    """Median of the first `count` values, which are put out of order; between the middle two."""
+    """Median of the first `count` values, which are reordered."""
     upper = select(values, 0, count - 1, count // 2)
     if count % 2:
         return upper
@@ -67,7 +67,7 @@ def centre_of(values, count):
 
 @kernel
 def put_in_order(keys, order, room):
-    """Numbers of the keys from the least to the greatest into `order`, equal ones as they come.
+    """Stable argsort of the keys into `order`.
 
     By merging; numba takes a second to compile each `argsort`. `room` is as long as `order`.
     """
@@ -96,7 +96,7 @@ def put_in_order(keys, order, room):
 
 @kernel
 def value_at(x, places, values):
-    """Value at x of the line through points of ascending places, beyond them that of the last.
+    """Linear interpolation at x, constant beyond the ends.
 
     As `numpy.interp`, which takes numba two seconds to compile.
     """
@@ -115,7 +115,7 @@ def value_at(x, places, values):
 
 @njit(nogil=True)
 def middle(rows, out):
-    """Median of each column of a few rows; the upper of two."""
+    """Upper median of each column of a few rows."""
     values = np.empty(len(rows))
     for j in range(rows.shape[1]):
         for i in range(len(rows)):
@@ -125,7 +125,7 @@ def middle(rows, out):
 
 @njit(nogil=True)
 def quantile(values, share):
-    """Quantile of some values, which stay as they are; linear between two, 0 of none."""
+    """Quantile of values, which are not changed; 0 of none."""
     count = len(values)
     if count == 0:
         return 0.0

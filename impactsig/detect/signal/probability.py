@@ -1,4 +1,4 @@
-"""How likely a faint crest among impacts is one of them: a local false discovery rate.
+"""Probability that a faint crest is an impact: a local false discovery rate.
 
 Where several impacts are certain, their width is the usual one, and the responses of this one width
 are looked at again for fainter ones, with a lower threshold. Crests of height u, in standard
@@ -74,7 +74,7 @@ def probabilities(
     widths_down: float,
     out: np.ndarray,
 ) -> None:
-    """The probability of each upward crest to be an impact, then of each certain impact.
+    """Probability of each upward crest to be an impact, then of each certain impact.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def probabilities(
 
 @inner
 def _spread(kernel: np.ndarray, counts: np.ndarray, out: np.ndarray) -> None:
-    """The kernel estimate of what is counted in each bin."""
+    """Kernel density estimate of counts per bin."""
     out[:] = 0.0
     for j in range(BINS):
         if counts[j] > 0.0:

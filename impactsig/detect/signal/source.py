@@ -1,4 +1,4 @@
-"""Where samples come from: one channel of a recording, a file or blocks, in valid stretches."""
+"""Sources of samples: one channel of a recording, a file or blocks, in valid stretches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Gaps = Literal["refuse", "split"]
 
 @dataclass
 class Source:
-    """One channel that can be gone through more than once."""
+    """One channel that can be read more than once."""
 
     blocks: Iterable[Recording]
     channel: str | int | None
@@ -33,7 +33,7 @@ class Source:
     runs: list[tuple[int, int]] = field(default_factory=list)  # of finite samples, of a block
 
     def pieces(self) -> Iterator[Piece]:
-        """Stretches of finite samples; counts samples and gaps on the way."""
+        """Stretches of finite samples; counts samples and gaps."""
         self.samples, self.spans = 0, []
         rate, start = self.head.rate, self.head.start
         expected = 0

@@ -1,4 +1,4 @@
-"""Consecutive blocks of samples, cut into segments without gaps and frames of one size.
+"""Divide consecutive blocks of samples into segments without gaps and equal frames.
 
 Frames are counted from the start of their segment, so that whatever is computed on them does not
 depend on how the samples were delivered.
@@ -24,7 +24,7 @@ class Piece(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Samples `offset` ... of the segment that begins at sample `segment` of the record."""
+    """A frame: samples from `offset` on of the segment that begins at sample `segment`."""
 
     segment: int
     offset: int
@@ -33,7 +33,7 @@ class Frame(NamedTuple):
 
 
 def frames(pieces: Iterable[Piece], size: int = FRAME) -> Iterator[Frame]:
-    """Frames of `size` samples, the last of a segment shorter or as long.
+    """Frames of `size` samples; the last of a segment may be shorter.
 
     Pieces that follow each other without a gap belong to one segment.
     """

@@ -1,1 +1,1 @@
-"""Where a sound record has impacts: bands, background, gates, rooms, the decision."""
+"""Detection in sound records: bands, background, gates, rooms, decision."""

@@ -1,4 +1,4 @@
-"""Kernels of the narrow bands of a sound, of their rise, and of its background."""
+"""Kernels for the narrow bands of a sound: power, rise and background."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def shape(single, hop, window, at, out):
 
 @njit(nogil=True)
 def gather(spectrum, scale, first, width, weights, at, square, power):
-    """Powers of the bands of a batch of frames, the first of which is frame `at`.
+    """Band powers of a batch of frames, the first of which is frame `at`.
 
     `spectrum` holds real and imaginary parts by turns; `square` is scratch with a row for each
     coefficient and a column for each frame, so that sums over coefficients run in vector lanes.
@@ -57,7 +57,7 @@ def gather(spectrum, scale, first, width, weights, at, square, power):
 
 @njit(nogil=True, error_model="numpy")
 def band_rise(power, lag, begin, background, freedom, per, out):
-    """Rise of frame begin + i over `lag` frames before it, in the narrow bands.
+    """Rise of frame begin + i above `lag` frames before it, over the narrow bands.
 
     out[0, i]: the mean over the bands of max(0, ln(max(P_b, F_b) / max(Q_b, F_b))) with F_b twice
     the background, Q_b the greatest of the bands b - 1, b, b + 1 before.
@@ -124,7 +124,7 @@ def band_growth(power, lag, later, background, per, frames, out):
 
 @njit(nogil=True)
 def background(noise, means, first, nearby, out):
-    """out[b, g]: L of the band b in group first + g, from the means of it and those beside."""
+    """Background of band b in group first + g, from the means of neighbouring groups."""
     for b in range(out.shape[0]):
         at, strongest, seen = -1, 0.0, 0
         for g in range(out.shape[1]):
@@ -141,7 +141,7 @@ def background(noise, means, first, nearby, out):
 
 @njit(nogil=True)
 def group_means(power, heard, per, out):
-    """out[b, g]: mean power of the frames of a group that are `heard`, or of all if none is."""
+    """Mean power of the audible frames of each group, or of all if none is."""
     for g in range(out.shape[1]):
         begin, end = g * per, min((g + 1) * per, power.shape[1])
         count = heard[begin:end].sum()

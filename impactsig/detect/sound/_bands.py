@@ -1,4 +1,4 @@
-"""Power of a sound in narrow bands: 24 an octave, in Hann windows of 23 ms.
+"""Power of a sound in narrow bands: 24 per octave, in Hann windows of 23 ms.
 
 A frame is centred on its first sample. With Y_k the Fourier coefficients of the windowed samples,
 less their weighted mean, the power of a band is sum_k W_bk |Y_k|^2. W_b is a triangle: 1 at the
@@ -66,7 +66,7 @@ def bands_at(rate: float, hop: int) -> Bands:
 
 
 def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
-    """Of the chi-squared that the mean power of `frames` frames of white noise is distributed as.
+    """Effective degrees of freedom of the mean power of `frames` frames of white noise.
 
     2 mean^2 / variance, with the covariance |sum_n w[n] w[n + s] exp(2 pi i d n / N)|^2 of the
     squared coefficients that are d apart, in windows that are s samples apart.

@@ -1,4 +1,4 @@
-"""Single samples that stand out of a sound: clicks of a cable or a lost word, no impacts.
+"""Isolated samples in a sound: clicks of a cable or a lost word, not impacts.
 
 With a sample replaced by the mean of its two neighbours, an impact that begins there goes on to
 ring, and nothing is left of a click: of the samples within 2 ms, and of their differences of second

@@ -1,4 +1,4 @@
-"""Which crests are impacts, and how likely each is one.
+"""Decision which crests are impacts, and their probabilities.
 
 C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
 (`sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
@@ -102,7 +102,7 @@ HOPELESS = -4.0  # log-odds that are worked out no further
 
 
 class Candidates(NamedTuple):
-    """Crests of a passage in order of time."""
+    """Candidate impacts of a passage in order of time."""
 
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
@@ -112,13 +112,13 @@ class Candidates(NamedTuple):
 
     @property
     def probability(self) -> np.ndarray:
-        """That they are impacts."""
+        """Probability that each is an impact."""
         likely: np.ndarray = 1.0 / (1.0 + np.exp(-np.clip(self.odds, -50.0, 50.0)))
         return likely
 
 
 class Crests(NamedTuple):
-    """Crests of the rise in octaves, and what is known of each of them."""
+    """Crests of the rise in octaves, with their evidence."""
 
     place: np.ndarray  # frame
     height: np.ndarray  # C
@@ -130,7 +130,7 @@ class Crests(NamedTuple):
 
 
 def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
-    """Of crests with such evidence, where evident ones come `often` a second."""
+    """Log-odds of crests with this evidence, given the rate of evident impacts."""
     with np.errstate(divide="ignore"):
         octaves, bands = np.log(by_octaves), np.log(by_bands)
     return np.maximum(
@@ -140,7 +140,7 @@ def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) ->
 
 
 def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Candidates:
-    """The crests of a passage and their probability.
+    """The crests of a passage with their probabilities.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def with_tones(
     audible: float,
     seconds: float,
 ) -> Candidates:
-    """Candidates, and low tones where none of the former is as likely.
+    """Add low tones to the candidates where no candidate is as probable.
 
     A low tone stands for all less likely candidates beside it.
     """
@@ -272,7 +272,7 @@ def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
-    """Crests of C, and what the rise `b` in narrow bands says of each."""
+    """Crests of C, with the evidence of the rise `b` in narrow bands."""
     per = GROUP * seconds
     place, height = np.concatenate(passage.place), np.concatenate(passage.height)
     beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
@@ -289,7 +289,7 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
 
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
-    """What the rise in octaves says of each of its crests; nothing where it is far below 1."""
+    """Evidence of the rise in octaves for each of its crests."""
     place, height, _, borne_out, likelihood, greatest, clear = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
@@ -314,7 +314,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
 
 
 def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
-    """What C must exceed at frames because it often does nearby, from every SAMPLED-th C.
+    """Level of C that is often exceeded nearby, at frames.
 
     Digital silence is left out: it says nothing of how the rest rattles.
     """
@@ -347,7 +347,7 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
 def odds_among(
     crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
 ) -> np.ndarray:
-    """Log-odds of crests beside all others around them; -inf where they are far below 0."""
+    """Log-odds of crests among all others around them; -inf if far below 0."""
     place, height, bands, borne_out, likelihood, greatest, clear = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""The background of a sound, local in time and in frequency.
+"""Background of a sound, local in time and frequency.
 
 With M the mean powers of groups of frames,
 
@@ -20,7 +20,7 @@ NEARBY = 1.0  # [s]
 
 
 def quantile_bias(freedom: np.ndarray) -> np.ndarray:
-    """The quantile of the mean of `freedom` squares of Gaussian noise over its power."""
+    """Quantile of the mean of `freedom` squares of Gaussian noise, relative to its power."""
     spread = 2.0 / (9.0 * freedom)
     return (1.0 - spread + NORMAL_QUANTILE * np.sqrt(spread)) ** 3
 

@@ -1,4 +1,4 @@
-"""Digital silence in a sound, as a noise gate leaves it: powers as if the sound before went on.
+"""Noise gates: powers as if the sound before a digital silence went on.
 
 A gate opens and closes in steps, and what sounds before it opens begins at once when it does. Both
 raise the power of octaves and bands as an impact does. So steps become ramps, and silence has the
@@ -20,7 +20,7 @@ RAMP = 4e-3  # [s]
 
 @dataclass
 class Gate:
-    """Goes through the windows of a record, and remembers what was last heard."""
+    """Fills digital silence window by window with the sound before it."""
 
     scale: Scale
     rate: float
@@ -31,7 +31,7 @@ class Gate:
     silent: np.ndarray | None = field(init=False)  # samples of this window, if any
 
     def begin(self) -> None:
-        """A segment begins: nothing was heard."""
+        """Reset at the beginning of a segment."""
         self.octaves_held = np.zeros(self.scale.octaves)
         self.bands_held = np.zeros(len(self.bands.first))
         self.share, self.silent = 1.0, None

@@ -1,4 +1,4 @@
-"""Kernels of digital silence in a sound: where it is, and what it is replaced by."""
+"""Kernels that find and fill digital silence."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LEAST_HEARD = 0.1  # share of a window that its power can be read from
 
 @njit(nogil=True)
 def silent_frames(power, first, last, out):
-    """out[j]: whether frame first <= j < last is one of CLOSED or more without any power."""
+    """Mask of frames in runs of CLOSED or more without power."""
     out[:] = False
     run = 0
     for j in range(first, last + 1):
@@ -25,7 +25,7 @@ def silent_frames(power, first, last, out):
 
 @njit(nogil=True)
 def silent_samples(x, silent, hop, out):
-    """out[i]: whether sample i lies in the silent frames, or is equal to all from there on.
+    """Mask of samples in silent frames, or equal to all that follow until one.
 
     Frames in which the samples change, as in a straight line, are silent no more.
     """
@@ -51,7 +51,7 @@ def silent_samples(x, silent, hop, out):
 
 @njit(nogil=True)
 def soften(x, silent, length):
-    """Put straight ramps of `length` samples, at most half of the silence, beside each silence.
+    """Add linear ramps of at most `length` samples beside each silence.
 
     There is none beside a click: it is no part of a wave that was cut off.
     """
@@ -77,7 +77,7 @@ def soften(x, silent, length):
 
 @njit(nogil=True)
 def hold(power, silent, past, held):
-    """Give silent frames the mean power of the `past` whole frames before the silence.
+    """Fill silent frames with the mean power of the `past` frames before.
 
     `held` is that of a silence that began before the first `past` frames.
     """
@@ -93,7 +93,7 @@ def hold(power, silent, past, held):
 
 @njit(nogil=True)
 def heard_shares(silent, first, hop, window, out):
-    """out[g]: share of the squared window, centred on sample first + g hop, that is not silent."""
+    """Share of each squared window, centred on sample first + g hop, that is not silent."""
     total = 0.0
     for k in range(len(window)):
         total += window[k] * window[k]
@@ -107,7 +107,7 @@ def heard_shares(silent, first, hop, window, out):
 
 @njit(nogil=True)
 def hold_bands(power, share, closes, held):
-    """Add what was last heard to the powers of windows of which a `share` is heard.
+    """Complete the powers of partly silent windows with the last audible powers.
 
     That is the power over the share where the gate closes.
     """

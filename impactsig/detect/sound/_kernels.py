@@ -1,4 +1,4 @@
-"""Kernels of the sound detector: octave powers, their rise, attack and peak.
+"""Kernels of the sound detector: octave powers, rise, attack and peak.
 
 The octaves are the details of the LeGall 5/3 wavelet, computed by lifting [LeGall1988]_:
 
@@ -27,7 +27,7 @@ EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
 class Scale(NamedTuple):
-    """Lengths: in samples, but past, forward and spacing in frames of one hop.
+    """Lengths of the detector in samples; past, forward and spacing in frames.
 
     `before` is how much of a sound is kept before its attack.
     """
@@ -70,7 +70,7 @@ def octave_powers(x, octaves, even, odd, high, power):
 
 @njit(nogil=True)
 def halve(x, high, low):
-    """Details and sums of the pairs of samples; the last detail and the first sum lack one side."""
+    """Haar details and sums of pairs of samples."""
     count = len(high)
     pairs = x[: 2 * count].reshape(count, 2)
     for i in range(count - 1):
@@ -84,7 +84,7 @@ def halve(x, high, low):
 
 @njit(nogil=True)
 def both_sides(power, first, count, scale, after, before):
-    """Mean powers over the `forward` frames from each frame on and over the `past` before it."""
+    """Mean powers over `forward` frames from each frame on, and over `past` before it."""
     weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
     after[:] = 0.0
     before[:] = 0.0
@@ -132,7 +132,7 @@ def loudness(after, background, weights, frames, out):
 
 @njit(nogil=True)
 def least_step(x):
-    """The least difference, but for 0, of two samples in a row; infinite if hardly any differ."""
+    """Least nonzero difference of successive samples; infinite if hardly any differ."""
     least, changes = np.inf, 0
     for i in range(1, len(x)):
         step = abs(x[i] - x[i - 1])
@@ -144,7 +144,7 @@ def least_step(x):
 
 @njit(nogil=True)
 def crests(rise, spacing, least, first, last, out):
-    """The frames in first <= j < last whose rise is at least `least`, the greatest nearby.
+    """Frames first <= j < last with a rise of at least `least` that is a local maximum.
 
     No rise within `spacing` frames is greater, nor one before it as great. Returns their number.
     """
@@ -165,7 +165,7 @@ def crests(rise, spacing, least, first, last, out):
 
 @njit(nogil=True)
 def greatest_between(values, first, last, out):
-    """out[k]: where values[first[k] : last[k]] are greatest, first of equal ones; -1 if none."""
+    """out[k]: index of the maximum of values[first[k] : last[k]]; -1 if empty."""
     for k in range(len(out)):
         out[k] = -1
         for i in range(first[k], last[k]):
@@ -175,7 +175,7 @@ def greatest_between(values, first, last, out):
 
 @njit(nogil=True)
 def greatest_but(values, first, last, rank, out):
-    """out[k]: what rank[k] of values[first[k] : last[k]] reach; 0 if there are fewer."""
+    """out[k]: the rank[k]-th greatest of values[first[k] : last[k]]; 0 if there are fewer."""
     for k in range(len(out)):
         count = last[k] - first[k]
         out[k] = 0.0
@@ -201,7 +201,7 @@ def as_high_near(place, height, reach, share, out):
 
 @njit(nogil=True)
 def measure(x, places, valid, limits, scale, out, sounds):
-    """Attack and peak of the impacts at `places`, and what is heard about each of them.
+    """Attack and peak of the impacts at `places`, and the sound around each.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
 
 @njit(nogil=True)
 def attack(x, at, valid, scale, gains):
-    """First sample after the greatest change of variance near `at`, and the variance of that.
+    """First sample after the greatest change of variance near `at`, with its variance.
 
     Of the innovations over the short and the long lag, those whose change is the more likely
     count: room noise is weakest in the former, white noise in the latter. `at` itself where the
@@ -257,7 +257,7 @@ def attack(x, at, valid, scale, gains):
 
 @njit(nogil=True)
 def counting_as_one(gain, count, lag):
-    """How many innovations over a lag of some samples count as one, for they are not independent.
+    """Number of dependent innovations that count as one.
 
     A weak rise shows in the mean of many, of which about as many count as one as the lag has
     samples; a strong one in a single innovation.
@@ -268,7 +268,7 @@ def counting_as_one(gain, count, lag):
 
 @njit(nogil=True)
 def split_variance(gains, first, split, together):
-    """Mean square of the distance from `split` of splits of probability exp(gain / together).
+    """Variance of the split about `split`, with probability exp(gain / together).
 
     gains[i] is that of first + i, less than 0 where it is none. All are as likely if all are none.
     """
@@ -287,7 +287,7 @@ def split_variance(gains, first, split, together):
 
 @njit(nogil=True)
 def clear_after(x, split, valid, scale):
-    """Samples after the attack at which two innovations have CLEAR of the greatest power of two.
+    """Samples after the attack until innovations reach CLEAR of their greatest power.
 
     It is 0 where a sound begins at once, and not where a filter rings before it.
     """
@@ -309,7 +309,7 @@ def clear_after(x, split, valid, scale):
 
 @njit(nogil=True)
 def innovations(x, first, lag, slope, out):
-    """What a straight line through two earlier samples leaves of those from `first` on.
+    """Residuals of linear extrapolation from two earlier samples.
 
     y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
     """
@@ -328,7 +328,7 @@ def square(values):
 
 @njit(nogil=True)
 def variance_change(squares, at, reach, gains):
-    """The split k of N squares at most `reach` from `at` after which they are greater [Maeda1985]_.
+    """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
 
     That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
     how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
@@ -360,7 +360,7 @@ def variance_change(squares, at, reach, gains):
 
 @njit(nogil=True)
 def crest(x, split, valid, limits, scale):
-    """Greatest deviation, in the forward stretch, from the mean before; 1.0 if it is clipped.
+    """Greatest deviation after the attack from the mean before; 1.0 as flag if clipped.
 
     It is clipped if two samples in a row lie at the least or greatest sample of the record.
     """

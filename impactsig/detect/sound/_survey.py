@@ -1,4 +1,4 @@
-"""First pass over a sound record: how its power rises, in octaves and in narrow bands.
+"""First pass over a sound record: rises of its power, in octaves and narrow bands.
 
 Frames wait until all that lies within four seconds after them has been seen, for the background is
 read from both sides. What is kept of the whole record is small: a rise in narrow bands for every
@@ -43,7 +43,7 @@ LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 @dataclass
 class Passage:
-    """What is kept of a stretch of the record without gaps."""
+    """Results for a stretch of the record without gaps."""
 
     segment: int  # its first sample
     octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
@@ -60,7 +60,7 @@ class Passage:
 
 @dataclass
 class Slab:
-    """The powers of a window of the record, waiting for their background."""
+    """Powers of a window of the record, until its background is known."""
 
     segment: int
     first: int  # frame of the segment
@@ -88,7 +88,7 @@ class Slab:
 
 @dataclass
 class Survey:
-    """Goes through the windows of a record, and gathers what decides where impacts are."""
+    """Collects the evidence for impacts, window by window."""
 
     scale: Scale
     rate: float
@@ -112,7 +112,7 @@ class Survey:
 
     @property
     def unresolved(self) -> bool:
-        """Whether the noise is weaker than a step of the converter for most of the time."""
+        """Whether the noise is mostly weaker than a quantisation step."""
         return self.below_step > 0.5 * len(self.noise)
 
     def __post_init__(self) -> None:
@@ -138,13 +138,13 @@ class Survey:
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
     def add(self, window: Window, greatest: float) -> None:
-        """Take the next window of the record, and the greatest magnitude in its core."""
+        """Add the next window of the record, with the greatest magnitude in its core."""
         self.slabs.append(self._slab(window, greatest))
         while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
             self._settle()
 
     def finish(self) -> None:
-        """Settle what waits for samples that do not come."""
+        """Process what waits for further samples, at the end."""
         while self.done < len(self.slabs):
             self._settle()
 
@@ -219,7 +219,7 @@ class Survey:
         )
 
     def _settle(self) -> None:
-        """Give the first slab that waits its background, and keep what its powers say."""
+        """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
         begin, end = self.done, self.done + 1
         while begin > 0 and sum(s.blocks for s in self.slabs[begin : self.done]) < self.within:
@@ -340,13 +340,13 @@ class Survey:
 
 
 def octave_weights(scale: Scale) -> np.ndarray:
-    """As the root of the number of coefficients in a frame: inversely as their rises scatter."""
+    """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
     return weights / weights.sum()
 
 
 def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:
-    """Filled up with zeros to whole blocks of `per`."""
+    """Values padded with zeros to whole blocks of `per`."""
     missing = -values.shape[1] % per
     if not missing:
         return values
@@ -354,7 +354,7 @@ def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:
 
 
 def white_gains(scale: Scale) -> np.ndarray:
-    """Power of each octave's details for white noise of power 1."""
+    """Power of each octave for white noise of power 1."""
     half = EDGE * scale.hop
     impulse = np.zeros(2 * half)
     gains = np.zeros(scale.octaves)

@@ -1,4 +1,4 @@
-"""Tails of impacts in a room: what of a crest they do not explain.
+"""Reverberant tails of impacts, and the part of a crest that they do not explain.
 
 With S the loudness after a frame, the mean over the octaves of max(0, ln(F_b / 2 L_b)), weighted as
 the rise in octaves is, a record decays by r nepers a second: the median, over the crests louder
@@ -28,7 +28,7 @@ ENOUGH = 3  # tails
 
 
 def beyond_tails(passage: Passage, place: np.ndarray, seconds: float) -> np.ndarray:
-    """By how much each crest exceeds the tails of those before it [neper]."""
+    """Excess of each crest over the tails of those before it [neper]."""
     loud = np.concatenate(passage.loud)
     rate = decay_rate(place, loud, np.concatenate(passage.loudness), seconds)
     if not len(place) or not math.isfinite(rate):

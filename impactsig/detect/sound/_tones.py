@@ -1,4 +1,4 @@
-"""Impacts that few narrow bands hear: low tones, which raise no power in the octaves.
+"""Low tones: impacts in few narrow bands that do not raise the power of an octave.
 
 G is the likelihood of a rise in one narrow band, B the mean rise over all (`sound.py`). A crest of
 G that none within 25 ms exceeds has the log-odds
@@ -36,7 +36,7 @@ TOGETHER = 256  # crests whose medians are taken at once
 def tone_odds(
     crests: np.ndarray, g: np.ndarray, b: np.ndarray, growth: np.ndarray, reach: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Those crests of G that may be impacts, and their log-odds beside what lies within `reach`.
+    """Crests of G that may be impacts, with log-odds relative to those within `reach`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Frames of a record together with the samples beside them."""
+"""Frames of a record with the samples beside them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..signal.stream import Frame, Piece, frames
 
 
 class Window(NamedTuple):
-    """A frame of the stream with what lies beside it."""
+    """A frame of the stream with its neighbours."""
 
     segment: int  # its first sample in the record
     first: int  # first sample of the core, in the segment

@@ -1,4 +1,4 @@
-"""Impacts in a sound record: the instants at which its power rises at once.
+"""Impacts in a sound record: instants at which its power rises abruptly.
 
 The record is seen in two ways. First in octaves above about 1 kHz (5/3 wavelet), in frames of at
 most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that falls to
@@ -72,7 +72,7 @@ PULSES = 10  # of a voice that a note is worth
 
 
 class SoundImpacts(NamedTuple):
-    """Impacts found in a sound record, and what they were judged by."""
+    """Impacts detected in a sound record, with the evidence."""
 
     time: np.ndarray  # instants of attack since the first sample [s]
     peak: np.ndarray  # greatest deviation within 4 ms from the mean of the 4 ms before [unit]
@@ -98,7 +98,7 @@ class Chosen(NamedTuple):
 def detect_sound(
     pieces: Callable[[], Iterable[Piece]], rate: float, *, least_probability: float = 0.5
 ) -> SoundImpacts:
-    """Find the impacts in a sound record.
+    """Detect the impacts of a sound record.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def search(
 
 
 def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Instants of attack shifted where a shift is known.
+    """Instants of attack, shifted where a shift is known.
 
     Where that would put two out of order, both stay as they are.
     """
@@ -232,7 +232,7 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
 
 
 def attack_errors(columns: np.ndarray) -> np.ndarray:
-    """Standard errors of attacks [samples], from what `measure` found of each.
+    """Standard errors of attacks [samples], from the results of `measure`.
 
     Where a filter rings before impacts, it is heard earlier before some than before others, by
     about as much as most of them begin before they are clear.
@@ -242,7 +242,7 @@ def attack_errors(columns: np.ndarray) -> np.ndarray:
 
 
 def scale_at(rate: float) -> Scale:
-    """The lengths of the detector at a sampling rate.
+    """Lengths of the detector at a sampling rate.
 
     Raises
     ------
@@ -264,7 +264,7 @@ def scale_at(rate: float) -> Scale:
 
 
 def sound_lengths(rate: float, scale: Scale) -> Lengths:
-    """Lengths of the sounds that are laid over each other: they last until the next may come."""
+    """Lengths of the sounds that are compared; each ends before the next may begin."""
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
@@ -290,7 +290,7 @@ def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen]
 def greatest_rise(
     x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
 ) -> int:
-    """Where near `place` the power of the samples rises most within COARSE, in whole frames."""
+    """Frame near `place` at which the power rises most within COARSE."""
     half = round(COARSE * rate)
     edge = scale.spacing * scale.hop
     low = max(place - round(SOONER * rate) + edge, valid[0] + half)
@@ -307,7 +307,7 @@ def greatest_rise(
 
 
 def converter_notes(survey: Survey) -> tuple[str, ...]:
-    """A sentence where the converter does not resolve the noise."""
+    """A note if the converter does not resolve the noise."""
     if not survey.unresolved:
         return ()
     return (
@@ -317,7 +317,7 @@ def converter_notes(survey: Survey) -> tuple[str, ...]:
 
 
 def click_notes(count: int) -> tuple[str, ...]:
-    """A sentence where single samples were left out."""
+    """A note if clicks were left out."""
     return (
         f"{count} single samples stand out, as a loose cable or a lost word leaves them, and are "
         "not counted as impacts.",
@@ -335,7 +335,7 @@ def voice_notes(pulses: int) -> tuple[str, ...]:
 
 
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
-    """A sentence where a good part of the record is digital silence, time and again."""
+    """A note if much of the record is repeated digital silence."""
     if survey.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]

@@ -1,1 +1,1 @@
-"""Hard against soft contacts: which of them move alike."""
+"""Equivalence of hard and soft contacts."""

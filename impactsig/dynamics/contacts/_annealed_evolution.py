@@ -1,4 +1,4 @@
-"""Differential evolution whose members adapt their own step, with Metropolis' acceptance.
+"""Differential evolution with self-adapting members and Metropolis acceptance.
 
 A trial that is worse by D replaces its parent with probability ``exp(-D / T)``; the temperature T
 falls from the spread of the first generation by a constant factor a generation. So the population
@@ -19,7 +19,7 @@ MEMBERS = 5  # for each parameter
 
 @dataclass(frozen=True)
 class Minimum:
-    """The best point met, and how it was come by."""
+    """The best point found, and the cost of finding it."""
 
     x: np.ndarray
     value: float
@@ -36,7 +36,7 @@ def minimise(
     tolerance: float,
     most: int,
 ) -> Minimum:
-    """Minimise over a box; converged once all members agree in value to a relative tolerance."""
+    """Minimise over a box, until all members agree in value to a relative tolerance."""
     size, count = len(low), MEMBERS * len(low)
     members = low + (high - low) * rng.random((count, size))
     values = np.array([objective(x) for x in members])

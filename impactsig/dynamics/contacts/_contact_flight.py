@@ -1,4 +1,4 @@
-"""One contact with a soft stop, from touch to zero depth, for many touches: exactly."""
+"""Exact contacts with a soft stop, from touch to zero depth, for many touches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...simulate.exact.gap import close, stays_open
 
 @njit(nogil=True, error_model="numpy")
 def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves):
-    """Fill in how long contacts last, and with what velocity they end; inf and 0 where they do not.
+    """Duration and final velocity of contacts; inf and 0 if they do not end.
 
     The depth q obeys ``q'' + 2 delta q' + kappa q = push_cos cos(omega t) + push_sin sin(omega t)
     + load`` from q = 0, q' = speed > 0. All arrays have shape (contacts,). Each contact is followed
@@ -50,7 +50,7 @@ def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves)
 
 @njit(nogil=True, error_model="numpy")
 def flight(leg, end):
-    """When the depth of a leg that starts at zero depth is zero again, and its velocity then."""
+    """Time at which the depth of a leg returns to zero, and the velocity there."""
     tau, x, v = 0.0, 0.0, leg.series[1]
     a, jerk = 2 * leg.series[2], 6 * leg.series[3]
     b = -2 * leg.delta * leg.w - leg.kappa * leg.z

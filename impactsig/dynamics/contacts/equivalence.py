@@ -1,4 +1,4 @@
-"""When a soft stop does what a rigid one does: contact by contact, and the stop that does it best.
+"""Equivalence of a soft and a rigid stop, contact by contact, and the best soft stop.
 
 The mass reaches the stop at depth 0 with velocity x'_0 at some phase of the forcing and leaves it
 with x'_1 after the contact time t_1. What a rigid stop would have done differs from that by
@@ -26,7 +26,7 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class ContactSamples:
-    """Ways to meet the stop of ``x'' + 2 zeta x' + x = A sin(omega t + phi)`` at a gap.
+    """Contacts with the stop of ``x'' + 2 zeta x' + x = A sin(omega t + phi)`` at a gap.
 
     All arrays have shape (count,), and all numbers are dimensionless, as in `scenes.tian`.
 
@@ -100,7 +100,7 @@ class ContactSamples:
         gap: float = 1.0,
         seed: Seed = None,
     ) -> ContactSamples:
-        """Contacts drawn evenly from a box, the phase from a whole turn.
+        """Draw contacts uniformly from a box, the phase from a whole turn.
 
         Parameters
         ----------
@@ -139,7 +139,7 @@ class ContactSamples:
 
 @dataclass(frozen=True)
 class EquivalenceError(Shown):
-    """How far a soft stop is from a rigid one, over contacts.
+    """Difference between a soft and a rigid stop, over a set of contacts.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ class EquivalenceError(Shown):
 def equivalence_error(
     stop: KelvinVoigt, restitution: float, samples: ContactSamples | None = None
 ) -> EquivalenceError:
-    """How far a soft stop is from a rigid one: e_g of the contacts [Tian]_.
+    """Difference between a soft and a rigid stop: e_g over contacts [Tian]_.
 
     Each contact is followed by the exact flow to the instant at which its depth is zero again,
     which cannot be missed; there is no time step.
@@ -224,7 +224,7 @@ def equivalence_error(
 
 @dataclass(frozen=True)
 class SoftStopFit(Shown):
-    """The soft stop that is nearest to a rigid one.
+    """The soft stop that is closest to a rigid one.
 
     Attributes
     ----------
@@ -272,7 +272,7 @@ def fit_soft_stop(
     seed: Seed = None,
     evaluations: int = 10_000,
 ) -> SoftStopFit:
-    """The soft stop with the least e_g, by annealed differential evolution [Tian]_.
+    """Find the soft stop with the least e_g, by annealed differential evolution [Tian]_.
 
     The search goes over the logarithms of stiffness and damping: differential evolution towards
     the best member, whose members adapt their own step and crossover, with Metropolis' acceptance

@@ -1,4 +1,4 @@
-"""Whether two families of oscillators do the same, over a plane of two parameters."""
+"""Agreement of two families of oscillators over a plane of two parameters."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class MatchRate(Shown):
-    """Share of a plane of parameters in which two families do the same.
+    """Share of a parameter plane in which two families of oscillators agree.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ def match_rate(
     below: float = 0.1,
     workers: int | None = None,
 ) -> MatchRate:
-    """Share of a plane of parameters in which two families of oscillators do the same [Tian]_.
+    """Share of a parameter plane in which two families of oscillators agree [Tian]_.
 
     Both are run from the same start in every cell; what is compared are their stroboscopic sets
     after the transient, by `strobe_distance`.
@@ -191,7 +191,7 @@ def match_rate(
 def _sets(
     family: Callable[[float, float], Oscillator], axes: tuple[np.ndarray, ...], run: dict[str, Any]
 ) -> Iterator[np.ndarray | None]:
-    """Stroboscopic set of every cell in order, few motions at a time; None for a failed one."""
+    """Stroboscopic set of every cell in order, a few motions at a time; None for a failed one."""
     cells = list(product(axes[1], axes[0]))
     for start in range(0, len(cells), TOGETHER):
         some = cells[start : start + TOGETHER]

@@ -1,1 +1,1 @@
-"""Diagrams, charts, responses and basins: what motions settle to."""
+"""Diagrams, charts, responses and basins: the long-term behaviour over parameters and starts."""

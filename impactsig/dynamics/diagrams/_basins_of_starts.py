@@ -1,4 +1,4 @@
-"""Where starts end that are followed one by one: of stepped oscillators, cantilevers and flows."""
+"""Basins by following starts one by one: stepped oscillators, cantilevers and flows."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ALIKE = 1e3  # orbits whose points are closer than so many tolerances are one
 
 
 class End(NamedTuple):
-    """What a start comes to."""
+    """Outcome of one start."""
 
     status: str
     points: np.ndarray  # (n, d), of the orbit; none where it has not closed
@@ -40,7 +40,7 @@ def ends(
     system: Any, starts: np.ndarray, section: Section | None, phase: float, periods: int,
     closed: float, threads: int,
 ) -> tuple[np.ndarray, list[End], int]:  # fmt: skip
-    """The attractor of each start, -1 where there is none; the attractors; how many failed."""
+    """Index of the attractor of each start (-1: none), the attractors, and failures."""
     follow = _follower(system, section, phase, periods, closed)
     with ThreadPoolExecutor(threads) as pool:
         found = list(pool.map(follow, starts.tolist()))
@@ -104,7 +104,7 @@ def _back(n: int) -> np.ndarray:
 
 
 def _label(end: End, attractors: list[End], tolerance: float) -> int:
-    """Which attractor an end is; a new one where it is none so far."""
+    """Index of the attractor that an outcome belongs to, added if new."""
     if not len(end.points):
         return -1
     near = tolerance * float(np.abs(end.points).max())

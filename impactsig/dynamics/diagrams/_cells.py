@@ -1,4 +1,4 @@
-"""Many machines followed at once until their orbits close: what charts are made of."""
+"""Cells of charts: many oscillators followed side by side until their orbits close."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FIRST_LOOK = 24  # periods, then twice as many: where Newton's method may spare 
 
 
 class Cells(NamedTuple):
-    """What became of machines: periods and impacts of the orbit, 0 and -1 where none has closed."""
+    """Outcome of each oscillator: periods and impacts of its orbit, 0 and -1 if none closed."""
 
     periods: np.ndarray
     impacts: np.ndarray
@@ -31,7 +31,7 @@ class Cells(NamedTuple):
 
 
 class Started(NamedTuple):
-    """Where machines are, as a kernel takes it."""
+    """States of oscillators as a kernel takes them."""
 
     clocks: np.ndarray
     states: np.ndarray
@@ -107,7 +107,7 @@ def _followed(
 def orbits_beside_machines(
     stack: Stack, phase: np.ndarray, strobes: np.ndarray, last: np.ndarray
 ) -> Any:
-    """`_closing.orbits_beside` for machines of one stack, strobed at one phase each."""
+    """`_closing.orbits_beside` for oscillators of one stack."""
 
     def returned(
         which: np.ndarray, points: np.ndarray, m: np.ndarray
@@ -127,7 +127,7 @@ def orbits_beside_machines(
 def strobed(
     stack: Stack, start: Started, periods: int, rule: tuple[float, int, bool, int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Strobes of machines, shape (n, periods + 1, 4), and what became of each."""
+    """Stroboscopic points of oscillators, shape (n, periods + 1, 4), and their outcomes."""
     n = len(start.states)
     strobes, ended = np.zeros((n, periods + 1, STROBE)), np.zeros((n, FOUND), np.int64)
     strobe(stack, start, strobes, periods, rule, ended)
@@ -146,7 +146,7 @@ def strobe(
 def returns(
     stack: Stack, points: np.ndarray, phase: np.ndarray, periods: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where machines are so many periods after points, the derivatives, and which came so far.
+    """States so many periods after points, their derivatives, and which succeeded.
 
     Points, places and derivatives are in the engine's units.
     """
@@ -176,7 +176,7 @@ def returns(
 
 
 def _inside(stack: Stack, points: np.ndarray) -> np.ndarray:
-    """Which points are on this side of all rigid stops, but for rounding."""
+    """Mask of points on this side of all rigid stops, up to rounding."""
     inside = np.ones(len(points), bool)
     for (side, kind), stop in zip(stack.columns.form.stops, stack.columns.stops, strict=True):
         if kind == RIGID:

@@ -1,4 +1,4 @@
-"""Orbits that motions come nearer to: Newton's method on the returns of many motions at once."""
+"""Orbits that motions converge to, by Newton's method on many return maps at once."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Strobed = Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
 
 
 class Orbits(NamedTuple):
-    """What was found of each motion."""
+    """The orbit found for each motion."""
 
     point: np.ndarray  # of the orbit, in the engine's units, shape (n, 2)
     after: np.ndarray  # periods after which the motion is back, shape (n,); 0 where none was found
@@ -38,7 +38,7 @@ def orbits_beside(
     strobes: np.ndarray, last: np.ndarray, returned: Returned, strobed: Strobed,
     exact: float = 0.0,
 ) -> Orbits:  # fmt: skip
-    """The orbits that motions come nearer to.
+    """Find the orbits that motions converge to.
 
     Of an orbit of m periods the last returns are small, and the derivative of the motion, all of
     whose multipliers are within the unit circle, tells each of them from the one before. Then
@@ -73,7 +73,7 @@ def orbits_beside(
 def _about_to_close(
     strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: int, near: np.ndarray
 ) -> np.ndarray:
-    """Whether the last 2 m returns of motions are small, and the last m with as many impacts."""
+    """Whether the last 2 m returns are small and the impact counts of the last m agree."""
     found = np.zeros(len(which), bool)
     end, able = last[which], np.arange(len(which))
     for ago in range(2 * m):  # few come through the first
@@ -92,7 +92,7 @@ def _approach(
     strobes: np.ndarray, last: np.ndarray, which: np.ndarray, m: np.ndarray, returned: Returned,
     strobed: Strobed, exact: float, found: Orbits,
 ) -> None:  # fmt: skip
-    """Look for orbits of m periods of some motions, and write down what is found."""
+    """Find orbits of m periods for some motions."""
     if not len(which):
         return
     steps = last[which, None] - m[:, None] * np.arange(3, -1, -1)
@@ -142,7 +142,7 @@ def _approach(
 
 
 def _draws(off: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Whether all neighbours come nearer, and these did as the derivatives tell."""
+    """Whether the orbit is stable, and these points approached it as the derivatives predict."""
     finite = np.isfinite(matrix).all(axis=(1, 2))
     safe = np.where(finite[:, None, None], matrix, 0.0)
     stable = np.abs(np.linalg.eigvals(safe)).max(axis=1) < 1

@@ -1,4 +1,4 @@
-"""The returns of a flow to a section: the level of a coordinate, crossed upwards."""
+"""Returns of a flow to a Poincare section: upward crossings of a level by a coordinate."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REST = 1e-3  # share of the time that it took to come to rest, in which it is lo
 
 
 def checked_section(section: Any) -> Section | None:
-    """A coordinate and a level, or None.
+    """Validate a coordinate and a level, or None.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def checked_section(section: Any) -> Section | None:
 def cut(
     flow: Flow, section: Section, count: int, transient: int, initial: Any
 ) -> tuple[FlowMotion, np.ndarray, np.ndarray, np.ndarray] | str:
-    """A motion of so many returns, and its instants, states and rates on the section.
+    """A motion of so many returns, with instants, states and rates on the section.
 
     The first of ``count + 1`` instants ends the transient. A flow that comes to rest has as many
     states, all alike, but no rates. Of one that does neither, what it does instead.
@@ -93,7 +93,7 @@ def cut(
 
 
 def _rest(flow: Flow, t: float, y: np.ndarray, size: float) -> np.ndarray | None:
-    """The stable equilibrium beside a state, by Newton's method; None where there is none."""
+    """The stable equilibrium near a state, by Newton's method; None if there is none."""
     place, sizes = y.copy(), np.full(flow.dimension, size)
     for _ in range(NEWTON):
         slopes = jacobian(flow, t, place, sizes)

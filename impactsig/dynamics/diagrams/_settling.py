@@ -1,4 +1,4 @@
-"""A run past its transient, which ends where its orbit has closed or is seen to close."""
+"""Follow a motion past its transient, until its orbit has closed or is predicted to close."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
 
 
 def ground(oscillator: Oscillator, phase: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where a run's displacement and velocity are zero, and their units, seen from the ground."""
+    """Origin and units of a run's displacement and velocity, relative to the ground."""
     at = base_motion(oscillator, pace(oscillator) * phase)
     return np.array([float(at[0]), float(at[1])]), np.array([1.0, reference_frequency(oscillator)])
 
 
 @dataclass
 class Settled:
-    """Where a run is.
+    """State of a run.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Settled:
     where: tuple[np.ndarray, np.ndarray, np.ndarray]
 
     def closing(self) -> Settled:
-        """On the orbit that the motion comes nearer to, if it has not closed yet; else itself."""
+        """Move to the orbit that the motion converges to, if it has not closed yet."""
         if self.closed or self.status != STATUS[DONE] or not self.oscillator.forcing_recurs:
             return self
         oscillator, phase = self.oscillator, self.start["phase"]
@@ -105,7 +105,7 @@ class Settled:
         return replace(again[0], closed=int(orbits.period[0])) if orbits.period[0] else self
 
     def motion(self, periods: int) -> Motion:
-        """The next so many periods."""
+        """The motion over the next periods."""
         run = Run(self.oscillator, periods=1, **self.start)
         run.clock, run.state, run.count = self.where
         run.before = float(len(self.strobes) - 1)
@@ -122,7 +122,7 @@ def settle(
     initial: tuple[float, float] = (0.0, 0.0),
     phase: float = 0.0,
 ) -> Settled:
-    """Follow a motion for so many forcing periods, or until its orbit has closed if that `ends`."""
+    """Follow a motion for a number of forcing periods, or until its orbit closes if `ends`."""
     if not isinstance(oscillator, Oscillator):
         raise InvalidInput("scene", oscillator, "a function that makes an Oscillator")
     # Where the forcing does not recur, no motion closes.
@@ -133,7 +133,7 @@ def settle(
 
 
 def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any]) -> Settled:
-    """One by the exact engine."""
+    """One oscillator by the exact engine."""
     run = Run(oscillator, periods=1, **start)
     engine, where = run.engine, (run.clock, run.state, run.count)
     assert isinstance(engine, ExactEngine)
@@ -146,7 +146,7 @@ def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any
 
 
 def _stepped(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any]) -> Settled:
-    """One that is stepped."""
+    """One oscillator by the stepping engine."""
     tolerance, longest, ends, legs = rule
     run = Run(oscillator, periods=1, **start)
     engine, clock, state, count = run.engine, run.clock, run.state, run.count

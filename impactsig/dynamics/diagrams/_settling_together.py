@@ -1,4 +1,4 @@
-"""Many runs past their transients, side by side: what diagrams and responses are made of."""
+"""Follow many runs past their transients side by side, for diagrams and responses."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ STROBES = 100_000  # and how many strobes they may take, which are kept until it
 
 
 def settles(system: Any) -> bool:
-    """Whether it is followed by strobes, as oscillators without noise are."""
+    """Whether a system is followed by strobes: an oscillator without noise."""
     return isinstance(system, Oscillator) and system.noise is None
 
 
 def in_blocks(
     task: Callable[[list[int]], list[Any]], systems: Sequence[Any], periods: int, threads: int
 ) -> list[Any]:
-    """What a task gives for numbers of systems, in order: of oscillators many, of any other one."""
+    """Results of a task over systems, in order; oscillators in blocks, others one by one."""
     some = max(1, min(TOGETHER, STROBES // periods))
     able = [k for k, one in enumerate(systems) if settles(one)]
     if threads > 1:
@@ -48,7 +48,7 @@ def in_blocks(
 
 
 class Settling:
-    """Machines on their way, each as `_settling.settle` would follow it alone, to the last bit.
+    """Runs in progress, each equal to that of `_settling.settle` to the last bit.
 
     Those that the exact engine moves go by one call of the kernel for each layout of their tables;
     any other goes alone.
@@ -106,7 +106,7 @@ class Settling:
         self, stack: Stack, machines: Sequence[Oscillator], which: list[int],
         start: dict[str, Any], periods: int, rule: tuple[float, int, bool, int],
     ) -> list[Settled]:  # fmt: skip
-        """Machines of one stack until their orbits close."""
+        """Follow oscillators of one stack until their orbits close."""
         n = len(which)
         places = np.broadcast_to(np.array(place_of(start["initial"])), (n, 2))
         moving = Moving(stack, places, np.full(n, self._first))
@@ -122,11 +122,11 @@ class Settling:
         ]  # fmt: skip
 
     def close(self) -> None:
-        """Look for the orbits beside those that have not closed (`Settled.closing`)."""
+        """Find the orbits near those that have not closed (`Settled.closing`)."""
         self.settled = [one.closing() for one in self.settled]
 
     def motions(self, periods: Sequence[int]) -> list[Motion]:
-        """The next so many periods of each, as `Settled.motion` gives them."""
+        """The motions over the next periods, as `Settled.motion`."""
         found: dict[int, Motion] = {}
         for stack, which in self._groups:
             able = [j for j, k in enumerate(which) if self.settled[k].status == STATUS[DONE]]

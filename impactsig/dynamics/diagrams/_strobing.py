@@ -1,4 +1,4 @@
-"""A motion once a forcing period, until its orbit has closed, it is caught, or its time is over."""
+"""Stroboscopic iteration until the orbit closes, an attractor catches it, or time is up."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ RESOLVED = 10.0  # strobes closer than so many tolerances are one
 
 @njit(nogil=True)
 def closing(strobes, n, tolerance, longest):
-    """Period of the orbit that strobe n has closed, 0 if none.
+    """Period of the orbit that strobe n closes, 0 if none.
 
     An orbit of m periods has closed where the last m strobes are back to within d of those before,
     these to within e of theirs, with as many impacts, and what a transient that shrinks so has
@@ -66,7 +66,7 @@ def closing(strobes, n, tolerance, longest):
 
 @njit(nogil=True)
 def least(strobes, n, m, limit):
-    """The least divisor of m after which the last m strobes are back to within a limit."""
+    """Least divisor of m after which the last m strobes repeat within a limit."""
     for d in range(1, m):
         if m % d == 0:
             back = True
@@ -98,13 +98,13 @@ def least_of_each(strobes, m, share):
 
 @njit(nogil=True, inline="always")
 def apart(strobes, i, j):
-    """Distance of two strobes in the greater of displacement and velocity."""
+    """Distance of two strobes: the greater of displacement and velocity."""
     return max(abs(strobes[i, Q] - strobes[j, Q]), abs(strobes[i, V] - strobes[j, V]))
 
 
 @njit(nogil=True)
 def caught(x, v, points, owner, radius):
-    """The attractor that a strobe is within the radius of, -1 if none."""
+    """Index of the attractor within whose radius a strobe lies, -1 if none."""
     for k in range(len(points)):
         if math.hypot(x - points[k, 0], v - points[k, 1]) <= radius[owner[k]]:
             return owner[k]

@@ -1,4 +1,4 @@
-"""Many starts of one oscillator, the attractors they end at, and how near these may be caught."""
+"""Attractors of many starts of one oscillator, and the radius within which each is certain."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OPEN = -1  # the label of starts whose motion has not closed
 
 @dataclass
 class Found:
-    """What became of starts: status and label of each; of closed orbits its place, by start."""
+    """Outcome of each start: status and label, and the closed orbit if it has one."""
 
     status: np.ndarray
     label: np.ndarray
@@ -57,7 +57,7 @@ class Survey:
         self.radii: list[float] = []
 
     def starts(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Starts against the ground in the engine's coordinates, shape (n, 2).
+        """Convert starts to the engine's coordinates, shape (n, 2).
 
         Raises
         ------
@@ -73,7 +73,7 @@ class Survey:
         return places
 
     def possible(self, places: np.ndarray, slack: float = 0.0) -> np.ndarray:
-        """Which places are not beyond a rigid stop."""
+        """Mask of positions that are not beyond a rigid stop."""
         good = np.ones(len(places), bool)
         for stop in self.run.oscillator.stops:
             if isinstance(stop.law, Rigid):
@@ -82,7 +82,7 @@ class Survey:
         return good
 
     def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Learn of attractors from some of the starts, and how near they may be caught.
+        """Find attractors from some starts, and the radius within which they catch.
 
         Returns which starts these are, and where they end.
         """
@@ -93,7 +93,7 @@ class Survey:
         return chosen, label
 
     def _radius(self, k: int) -> float:
-        """Half the distance from which, all around an attractor, motions are seen to come back."""
+        """Half the distance from which motions all around an attractor return to it."""
         orbit = self.orbits[k]
         ways = np.arange(AROUND) * 2 * math.pi / AROUND
         rim = np.stack([np.cos(ways), np.sin(ways)], axis=1)
@@ -107,7 +107,7 @@ class Survey:
         return 0.0
 
     def follow(self, places: np.ndarray, catch: bool) -> Found:
-        """Follow starts to their attractors; such as were not known are from then on."""
+        """Follow starts to their attractors, adding new attractors."""
         known = NOTHING_KNOWN
         if catch and self.orbits:
             known = (
@@ -130,7 +130,7 @@ class Survey:
     def _tile(
         self, places: np.ndarray, known: Any
     ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
-        """Status and attractor of each, and the orbits that closed uncaught."""
+        """Status and attractor of each start, and orbits that closed without being caught."""
         from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_all
 
         engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
@@ -152,7 +152,7 @@ class Survey:
         return found[:, STATUS_OF], found[:, CAUGHT], closed
 
     def _match(self, orbit: np.ndarray) -> int:
-        """Which attractor a closed orbit is; a new one where it is none of the known."""
+        """Index of the attractor that a closed orbit is, added if new."""
         near = ALIKE * self.closed * float(np.abs(orbit[:, :2]).max())
         for k, other in enumerate(self.orbits):
             if (

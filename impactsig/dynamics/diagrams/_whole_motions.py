@@ -1,4 +1,4 @@
-"""Cells of a diagram, chart or response of systems that are simulated whole.
+"""Cells of diagrams, charts and responses of systems that are simulated as a whole.
 
 An oscillator without noise is followed strobe by strobe and ends once its orbit has closed
 (`_settling`). Cantilevers, controlled oscillators, flows and oscillators under noise run for as
@@ -22,7 +22,7 @@ from ._flow_sections import Section, cut
 
 
 class Whole(NamedTuple):
-    """A motion past its transient, strobed."""
+    """A motion past its transient, with its stroboscopic points."""
 
     system: Any
     motion: Any
@@ -33,7 +33,7 @@ class Whole(NamedTuple):
     speeds: np.ndarray | None = None  # and the rates at which it crosses; empty at rest
 
     def closed(self, tolerance: float) -> int:
-        """Forcing periods after which the strobes return, twice over; 0 where they do not."""
+        """Forcing periods after which the strobes repeat, twice over; 0 if they do not."""
         points = self.points
         if len(points) < 3:
             return 0
@@ -45,19 +45,19 @@ class Whole(NamedTuple):
         return 0
 
     def since(self, periods: int) -> float:
-        """When the last so many periods, or returns, began."""
+        """Beginning of the last so many periods or returns."""
         if self.returns is not None:
             return float(self.returns[-1 - periods])
         return float(self.motion.stop - periods * self.system.forcing_period)
 
     def speeds_since(self, start: float) -> np.ndarray:
-        """Approach velocities of the impacts since an instant; of a flow rates of its crossings."""
+        """Approach velocities of impacts since an instant; for a flow, rates at crossings."""
         if self.returns is not None and self.speeds is not None:
             return self.speeds[self.returns[1:][: len(self.speeds)] > start]
         return np.asarray(self.motion.impacts.between(start).approach_velocity)
 
     def resting(self, start: float) -> float:
-        """Share of the time at rest since an instant; NaN of a motion that does not keep it."""
+        """Share of the time at rest since an instant; NaN if the motion does not record it."""
         if not hasattr(self.motion, "sticks"):
             return math.nan
         sticks = np.diff(np.maximum(self.motion.sticks, start)).sum()
@@ -72,7 +72,7 @@ ONE_PATH = "Under noise no orbit closes: bifurcation_diagram shows its strobes"
 def checked_whole(
     system: Any, section: Section | None, noise: bool = False, name: str = "scene"
 ) -> Any:
-    """A system that is simulated whole.
+    """Validate a system that is simulated as a whole.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def whole_motion(
     section: Section | None = None,
     seed: Seed = None,
 ) -> Whole | str:
-    """The motion of a system past its transient; the status where it ended early."""
+    """The motion past its transient; the status if it ended early."""
     if isinstance(system, Flow):
         assert section is not None  # by checked_whole
         found = cut(system, section, periods, transient, initial)

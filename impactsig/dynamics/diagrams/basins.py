@@ -1,4 +1,4 @@
-"""Where a motion ends, over a plane of starts."""
+"""Basins of attraction over a plane of starts."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def basins_of_attraction(
     catch: bool = True,
     workers: int | None = None,
 ) -> Basins:
-    """Where the motions from a grid of starts end.
+    """Basins of attraction: the attractor that each start of a grid leads to.
 
     Each is strobed once a forcing period until its orbit closes: until it is back with what is
     left of the transient, as it shrinks, below `closed`. The orbits are matched by their points.
@@ -228,7 +228,7 @@ def _basins(
     rechecked: int = 0,
     differing: int = 0,
 ) -> Basins:
-    """The result, the attractor of most starts first."""
+    """The result, with the attractor of most starts first."""
     counts = np.array([np.count_nonzero(label == k) for k in range(len(attractors))], int)
     order = np.argsort(-counts, kind="stable")[: np.count_nonzero(counts)]
     rank = np.full(len(counts) + 1, OPEN)
@@ -247,7 +247,7 @@ def _basins(
 
 
 def _attractor(survey: Survey, k: int) -> Attractor:
-    """An attractor against the ground and in the oscillator's units."""
+    """An attractor relative to the ground, in the oscillator's units."""
     orbit = survey.orbits[k]
     origin, unit = ground(survey.run.oscillator, survey.phase)
     strobe = origin + unit * orbit[:, :2]
@@ -255,7 +255,7 @@ def _attractor(survey: Survey, k: int) -> Attractor:
 
 
 def _wilson(count: int, of: int) -> tuple[float, float]:
-    """95 % interval of a share."""
+    """95 % Wilson interval of a proportion."""
     z = 1.959963984540054
     share = count / of
     middle = share + z * z / (2 * of)

@@ -1,4 +1,4 @@
-"""What an oscillator does over a plane of two parameters: period(m, n) of every cell."""
+"""Periodicity charts: period(m, n) of every cell of a plane of two parameters."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
 @dataclass(frozen=True)
 class PeriodicityChart(Shown):
-    """period(m, n) over a plane of two parameters.
+    """Chart of period(m, n) over a plane of two parameters.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ def periodicity_chart(
     skip: bool = True,
     workers: int | None = None,
 ) -> PeriodicityChart:
-    """period(m, n) over a plane of two parameters, each cell from the same start.
+    """Chart of period(m, n) over a plane of two parameters, every cell from the same start.
 
     A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
     with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
@@ -194,7 +194,7 @@ def _cells(
     machines: list[Any], periods: int, closed: float, skip: bool, initial: Any, phase: float,
     section: Section | None,
 ) -> np.ndarray:  # fmt: skip
-    """Cells of machines of any kind: n, m, periods followed and whether they failed, as rows."""
+    """Cells of systems of any kind, as rows: n, m, periods followed, whether they failed."""
     found = np.zeros((4, len(machines)), int)
     forms: dict[Any, list[int]] = {}
     start = AT_REST if initial is None else initial
@@ -214,7 +214,7 @@ def _cells(
 def _exact_cells(
     columns: Columns, periods: int, closed: float, skip: bool, initial: Any, phase: float
 ) -> np.ndarray:
-    """Cells of machines that are linear between events, as rows."""
+    """Cells of piecewise linear oscillators, as rows."""
     span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
     n = columns.n
     places = np.broadcast_to(np.array(place_of(initial)), (n, 2))
@@ -226,7 +226,7 @@ def _exact_cells(
 def _stepped_cell(
     machine: Oscillator, periods: int, closed: float, skip: bool, initial: Any, phase: float
 ) -> tuple[int, int, int, bool]:
-    """The cell of a machine that is stepped."""
+    """The cell of an oscillator that is stepped."""
     settled = settle(machine, periods, tolerance=closed, ends=skip, initial=initial, phase=phase)
     orbit = settled.closing()
     n = orbit.closed
@@ -237,7 +237,7 @@ def _stepped_cell(
 def _whole_cell(
     system: Any, periods: int, closed: float, initial: Any, phase: float, section: Section | None
 ) -> tuple[int, int, int, bool]:
-    """A cell of a system that is simulated whole: n, m, periods followed, whether it failed."""
+    """The cell of a system that is simulated as a whole."""
     look = max(periods // 2, 1)
     checked_whole(system, section)
     found = whole_motion(system, look, periods - look, initial, phase, section)

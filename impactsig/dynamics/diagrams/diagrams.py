@@ -1,4 +1,4 @@
-"""What a system does over one parameter: everything the papers draw over frequency."""
+"""Bifurcation diagrams over one parameter."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationDiagram(Shown):
-    """What a system does over one parameter, after the transient.
+    """Bifurcation diagram: section points and impacts over one parameter, after the transient.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class BifurcationDiagram(Shown):
 
 
 class _Cell(NamedTuple):
-    """What is known of one value; of a motion that ended early, nothing."""
+    """Results at one parameter value; empty if the motion ended early."""
 
     strobe: np.ndarray = np.empty((0, 2))
     velocity: np.ndarray = np.empty(0)
@@ -135,7 +135,7 @@ def bifurcation_diagram(
     seed: Seed = None,
     workers: int | None = None,
 ) -> BifurcationDiagram:
-    """What a system does over one parameter.
+    """Bifurcation diagram of a system over one parameter.
 
     An oscillator ends as soon as its orbit has closed. A cantilever, and an oscillator that is
     controlled, run for as long as is asked, and their orbit is looked for in the strobes, of a
@@ -241,7 +241,7 @@ def _made(scene: Callable[[float], Oscillator], value: float) -> Oscillator:
 
 
 class _Look(NamedTuple):
-    """What to look at in every cell."""
+    """The quantities to compute in every cell."""
 
     periods: int
     transient: int
@@ -253,7 +253,7 @@ class _Look(NamedTuple):
     def cells(
         self, machines: list[Any], seeds: Sequence[Seed], threads: int, **start: Any
     ) -> list[_Cell]:
-        """What systems do from one start: oscillators side by side, any other alone."""
+        """Cells of systems from one start: oscillators side by side, others one by one."""
 
         def some(which: list[int]) -> list[_Cell]:
             if not settles(machines[which[0]]):
@@ -263,7 +263,7 @@ class _Look(NamedTuple):
         return in_blocks(some, machines, self.transient, threads)
 
     def whole_cell(self, system: Any, seed: Seed, **start: Any) -> _Cell:
-        """What a system does from a start that is simulated whole."""
+        """The cell of a system that is simulated as a whole."""
         checked_whole(system, self.section, noise=True)
         if self.exponents and (isinstance(system, Oscillator) or system.dimension is None):
             raise InvalidInput(
@@ -297,13 +297,13 @@ class _Look(NamedTuple):
     def cell(
         self, oscillator: Oscillator, **start: Any
     ) -> tuple[_Cell, tuple[float, float, float] | None]:
-        """What an oscillator does from a start, and where it ends."""
+        """The cell of an oscillator from a start, and its final state."""
         return self.settled([oscillator], **start)[0]
 
     def settled(
         self, oscillators: list[Oscillator], **start: Any
     ) -> list[tuple[_Cell, tuple[float, float, float] | None]]:
-        """What oscillators do from one start, and where they end."""
+        """Cells of oscillators from one start, and their final states."""
         if start["initial"] is None:
             start["initial"] = (0.0, 0.0)
         settling = Settling(
@@ -317,7 +317,7 @@ class _Look(NamedTuple):
     def _cell(
         self, oscillator: Oscillator, n: int, motion: Any
     ) -> tuple[_Cell, tuple[float, float, float] | None]:
-        """What an oscillator does that moves on for the periods of its orbit, if it has closed."""
+        """The cell of an oscillator past its transient, over one period of its orbit if closed."""
         span = n or self.periods
         if motion.status != "complete":
             return _Cell(status=motion.status), None
@@ -339,13 +339,13 @@ class _Look(NamedTuple):
 
 
 def _lost(motion: Any) -> float:
-    """Energy lost in the span; NaN where that of the span alone is not known."""
+    """Energy lost in the span; NaN if it is known only for the whole run."""
     known = isinstance(motion.system, Cantilever) and motion.energy_lost is not None
     return float(motion.energy_lost) if known else math.nan
 
 
 def _exponents(system: Any, closed: int, periods: int, at: Any) -> np.ndarray:
-    """All exponents of the orbit that passes a point, from its multipliers where it has closed."""
+    """Lyapunov exponents of the orbit through a point; from its multipliers if it has closed."""
     if not closed:
         return lyapunov_spectrum(system, periods=periods, initial=at[:2], phase=at[2]).exponents
     multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
@@ -359,7 +359,7 @@ def _exponents(system: Any, closed: int, periods: int, at: Any) -> np.ndarray:
 def _carried(
     scene: Callable[[float], Oscillator], values: np.ndarray, look: _Look, start: dict[str, Any]
 ) -> Iterator[_Cell]:
-    """The cells one by one, each from where the last one ended."""
+    """Cells one by one, each starting where the last one ended."""
     relative: np.ndarray | None = None
     for value in values:
         oscillator = _made(scene, value)

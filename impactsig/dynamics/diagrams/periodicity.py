@@ -1,4 +1,4 @@
-"""Whether a motion has closed: period(m, n) by exact return."""
+"""`orbit_period`: period(m, n) of a simulated motion, by exact return."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class OrbitPeriod(Shown):
 def orbit_period(
     motion: Motion, *, longest: int = 64, tolerance: float = 1e-9, phase: float = 0.0
 ) -> OrbitPeriod:
-    """The least n for which the stroboscopic point returns after n forcing periods.
+    """Period of a motion: the least n after which the stroboscopic point returns.
 
     The last n points must all be where those n before them were, within the tolerance: relative to
     the greatest of ``hypot(x, v / omega)`` of them all, less their mean.
@@ -120,7 +120,7 @@ def orbit_period(
 
 
 def _counts(motion: Motion, n: int) -> tuple[int, int]:
-    """Impacts and sticks in the last n periods."""
+    """Numbers of impacts and sticks in the last n periods."""
     assert motion.impacts is not None
     assert motion.sticks is not None
     period = motion.system.forcing_period

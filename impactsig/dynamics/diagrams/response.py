@@ -1,4 +1,4 @@
-"""How far a system swings over one parameter, once it has settled."""
+"""Response of a system over one parameter: extremes of the displacement once settled."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WITHIN = 64  # of the interval that has one
 
 @dataclass(frozen=True)
 class ResponseSpectrum(Shown):
-    """How far an oscillator swings over one parameter, once it has settled.
+    """Response of a system over one parameter: extremes of the displacement, once settled.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class ResponseSpectrum(Shown):
 
     @property
     def amplitude(self) -> np.ndarray:
-        """Half of what lies between the extremes."""
+        """Half of the difference of the extremes."""
         return (self.greatest - self.least) / 2
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -89,7 +89,7 @@ def response_spectrum(
     closed: float = 1e-9,
     workers: int | None = None,
 ) -> ResponseSpectrum:
-    """How far a system swings over one parameter, once it has settled.
+    """Extremes of the displacement over one parameter, once the motion has settled.
 
     Of a cantilever it is the tip that swings, of a flow the coordinate of the section.
 
@@ -188,7 +188,7 @@ def response_spectrum(
 
 
 def _extremes_of_flow(motion: Any, start: float, column: int, returns: int) -> tuple[float, float]:
-    """Greatest and least of a coordinate: of parabolas through its samples about a turn."""
+    """Extremes of a coordinate, by parabolas through its samples near turning points."""
     count = 1 + SAMPLES * returns
     time = np.linspace(start, motion.stop, count)
     y = motion.sample(time)[:, column]
@@ -208,7 +208,7 @@ def _extremes_of_flow(motion: Any, start: float, column: int, returns: int) -> t
 
 
 def _extremes(motion: Any, start: float | None = None) -> tuple[float, float]:
-    """Greatest and least displacement: at turns, impacts, or the ends."""
+    """Extremes of the displacement: at turning points, impacts, or the ends."""
     own = motion.system
     if isinstance(own, Cantilever):
         period = 1 / float(motion.frequencies[-1])

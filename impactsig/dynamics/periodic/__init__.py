@@ -1,1 +1,1 @@
-"""Periodic orbits, and how they are followed through a parameter."""
+"""Periodic orbits and their continuation in a parameter."""

@@ -44,7 +44,7 @@ class _Point:
 
 
 class Continuation:
-    """A branch under way."""
+    """The state of a continuation."""
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class Continuation:
         self.unit = np.append(size * scales, abs(last - first))
 
     def map(self, parameter: float, anchor: np.ndarray) -> Any:
-        """What returns at a value of the parameter; of a flow near a state."""
+        """The return map at a parameter value; of a flow, near a state."""
         system = self.scene(parameter)
         if isinstance(self.start, FlowOrbit):
             if not isinstance(system, Flow) or system.dimension != self.start.system.dimension:
@@ -82,13 +82,13 @@ class Continuation:
     def orbit(
         self, shooting: Any, state: np.ndarray, residual: float, steps: int, here: Any
     ) -> PeriodicOrbit | FlowOrbit:
-        """The orbit through a state that returns."""
+        """The orbit through a fixed point of the map."""
         if self.flow:
             return shooting.orbit(state, residual, steps, here)
         return orbit_of(shooting, state, residual, steps, "found", here)
 
     def point(self, place: np.ndarray, along: np.ndarray, ahead: np.ndarray) -> _Point | None:
-        """The orbit on the plane through a place, normal to `along`; None where there is none."""
+        """Corrector: the orbit on the plane through a place normal to `along`; None if none."""
         guess, kept = place, None  # the derivative by the parameter, while steps are small
         for iterations in range(CORRECTIONS):
             parameter = float(place[-1] * self.unit[-1])
@@ -127,7 +127,7 @@ class Continuation:
     def _slopes(
         self, by_state: np.ndarray, along: np.ndarray, kept: np.ndarray | None, *at: Any
     ) -> np.ndarray:
-        """Derivative of what is sought by state and parameter, the plane's normal below it.
+        """Jacobian of the extended system, with the normal of the plane as its last row.
 
         The derivative by the parameter is the one that is kept, or else taken where `at` says.
         """
@@ -137,7 +137,7 @@ class Continuation:
     def _by_parameter(
         self, state: np.ndarray, parameter: float, gap: np.ndarray, impacts: int, anchor: np.ndarray
     ) -> np.ndarray:
-        """Derivative of the map by the parameter, scaled; from one side where the other grazes.
+        """Derivative of the map by the parameter, one-sided near grazing impacts.
 
         `gap` is how far the return is off at the parameter itself, scaled.
         """
@@ -194,7 +194,7 @@ class Continuation:
         return self._branch(points, special, status)
 
     def _between(self, before: _Point, after: _Point, index: int) -> list[SpecialPoint]:
-        """What has changed between two neighbouring points, and where."""
+        """The bifurcation between two neighbouring points, if any, and its location."""
         tests: list[tuple[Kind, Callable[[_Point], float]]] = [
             ("fold", lambda point: float(point.tangent[-1])),
             ("period doubling", lambda point: point.doubles),
@@ -245,11 +245,11 @@ class Continuation:
         return None if point is None else replace(point, parameter=edge)
 
     def _axis(self, way: float) -> np.ndarray:
-        """The direction of the parameter, up or down."""
+        """Unit direction of the parameter, up or down."""
         return np.append(np.zeros(len(self.begin)), math.copysign(1.0, way))
 
     def _near_impact(self, orbit: Any) -> bool:
-        """Whether an impact is about to pass the section, where the map jumps, and this can move.
+        """Whether an impact is about to pass the section, which can then be moved.
 
         It cannot where a law depends on time, which counts from the section, or under OGY, which
         has its own.
@@ -261,7 +261,7 @@ class Continuation:
         return away < CLOSE * widest / 2
 
     def _elsewhere(self, point: _Point) -> _Point:
-        """The same orbit on a section in the middle between two impacts."""
+        """The same orbit on a section midway between two impacts."""
         orbit = point.orbit
         _, _, phase = gaps(orbit)
         ahead = (phase - orbit.phase) % (2 * math.pi)
@@ -278,14 +278,14 @@ class Continuation:
         return moved
 
     def _grazes(self, points: list[_Point]) -> bool:
-        """Whether an impact has all but lost its velocity."""
+        """Whether an impact has nearly lost its velocity."""
         if isinstance(self.start, FlowOrbit) or not self.start.impacts or len(points) < 3:
             return False
         least = [point.orbit.approach_velocity.min() for point in points]
         return bool(least[-1] < FAINT * max(least))
 
     def _end(self, points: list[_Point], special: list[SpecialPoint]) -> str:
-        """Whether a branch that goes no further ends in a grazing; where that is."""
+        """Whether a branch that cannot be continued ends in a grazing, and where."""
         last = points[-1]
         values = None
         if self.flow:
@@ -332,7 +332,7 @@ def _phase(point: _Point) -> float:
 
 
 def _ahead(points: list[_Point], ds: float) -> np.ndarray:
-    """A place a step of ds further, through up to four points of one section.
+    """Predictor: a point a step ds ahead, through up to four points of one section.
 
     The region from which Newton's method converges shrinks with the square of the least approach
     velocity, so that a guess along the tangent alone would need ever shorter steps.
@@ -354,7 +354,7 @@ def _ahead(points: list[_Point], ds: float) -> np.ndarray:
 
 
 def _to_zero(points: list[_Point], values: list[float]) -> float:
-    """The parameter at which a value goes to zero, through three points of which each has half."""
+    """Parameter at which a value vanishes, extrapolated from three points."""
     chosen = [len(points) - 1]
     for k in range(len(points) - 2, -1, -1):
         if len(chosen) < 3 and values[k] >= 2 * values[chosen[-1]]:

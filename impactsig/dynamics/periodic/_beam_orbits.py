@@ -1,4 +1,4 @@
-"""The map of a cantilever over n forcing periods, in all its modes."""
+"""Return map of a cantilever over n forcing periods, in all its modes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GUESSES = 12
 
 
 class BeamShooting(Shooting):
-    """That of a cantilever, whose states are modal displacements and velocities."""
+    """The return map of a cantilever; states are modal displacements and velocities."""
 
     steps, halvings = 40, 12
     look = 300
@@ -52,7 +52,7 @@ class BeamShooting(Shooting):
         return np.asarray(step / self.unit)
 
     def given(self, guess: Any) -> np.ndarray:
-        """A guess as a state.
+        """Validate a guess.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class BeamShooting(Shooting):
             raise InvalidInput("guess", guess, error.required) from None
 
     def close_returns(self) -> Iterator[np.ndarray]:
-        """Points of a long motion that come back near themselves, the closest first."""
+        """Points of a long motion that nearly return, the closest first."""
         points = self.strobed()
         off = np.abs((points[self.periods :] - points[: -self.periods]) * self.unit).max(axis=1)
         size = float(np.abs(points * self.unit).max()) or 1.0

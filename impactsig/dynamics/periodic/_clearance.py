@@ -1,4 +1,4 @@
-"""How near a periodic orbit comes to impacts that it has, and to one that it has not."""
+"""Distance of a periodic orbit from its impacts, and from an impact that it misses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def seconds_of(orbit: PeriodicOrbit) -> float:
 
 
 def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
-    """From the section to the nearest impact, the widest gap between impacts, and its middle."""
+    """Distance of the section from the nearest impact, and the widest gap between impacts."""
     if not orbit.impacts:
         return math.pi, 2 * math.pi, orbit.phase
     angles = np.sort(orbit.impact_phase)
@@ -30,7 +30,7 @@ def gaps(orbit: PeriodicOrbit) -> tuple[float, float, float]:
 
 
 def clearance(orbit: PeriodicOrbit) -> float:
-    """The least distance at which the orbit turns before a stop, without hitting it."""
+    """Least distance from a stop at which the orbit turns without hitting it."""
     motion = orbit.motion()
     machine = motion.system
     assert motion.impacts is not None

@@ -1,4 +1,4 @@
-"""The return of a flow after a period that is sought with the state, for continuation."""
+"""Return map of a flow for continuation, with the period as an unknown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .flow_shooting import rate_at, shoot
 
 
 class Return(NamedTuple):
-    """The derivative of the state after the period, and the rates at both ends."""
+    """Derivative of the state after the period, and the rates at both ends."""
 
     matrix: np.ndarray
     rates: np.ndarray
@@ -21,13 +21,13 @@ class Return(NamedTuple):
 
 
 def size_of(orbit: FlowOrbit) -> np.ndarray:
-    """How far each coordinate goes along an orbit."""
+    """Range of each coordinate along an orbit."""
     around = orbit.sample(np.linspace(0, 1, 64, endpoint=False) * orbit.period)
     return np.maximum(np.ptp(around, axis=0), 1e-9 * max(float(np.abs(around).max()), 1.0))
 
 
 class FlowMap:
-    """States are coordinates and, where the rates do not depend on time, the period.
+    """The return map; states are coordinates and, for an autonomous flow, the period.
 
     As a state may lie anywhere along the orbit, it is sought across the flow at a state nearby.
     """
@@ -42,7 +42,7 @@ class FlowMap:
         self.scales = self.scale if start.forced else np.append(self.scale, start.period)
 
     def off(self, state: np.ndarray) -> tuple[float, np.ndarray, Return | None]:
-        """Residual, how far the return is off, and its derivative; inf where there is none."""
+        """Residual, difference of return and state, and the derivative; inf if it fails."""
         d = self.system.dimension
         y = state[:d]
         period = self.start.period if self.start.forced else float(state[d])
@@ -58,7 +58,7 @@ class FlowMap:
         return residual, gap, Return(tangent, rate_at(self.system, period, end))
 
     def slopes(self, here: Return, unit: np.ndarray) -> np.ndarray:
-        """Derivative of what the return is off by the state, both in such units."""
+        """Derivative of the difference by the state, both in these units."""
         d = self.system.dimension
         own = here.matrix - np.eye(d)
         if self.start.forced:
@@ -68,7 +68,7 @@ class FlowMap:
         return bordered * unit[None, :] / unit[:, None]
 
     def orbit(self, state: np.ndarray, residual: float, steps: int, here: Any) -> FlowOrbit:
-        """The orbit through a state that returns."""
+        """The orbit through a fixed point of the map."""
         values = np.linalg.eigvals(here.matrix).astype(complex)
         values = values[np.argsort(-np.abs(values), kind="stable")]
         d, forced = self.system.dimension, self.start.forced

@@ -1,4 +1,4 @@
-"""Periodic orbits along a parameter, and the places where they change their kind."""
+"""Branches of periodic orbits, and their special points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Kind = Literal["fold", "period doubling", "grazing"]
 
 @dataclass(frozen=True, eq=False)
 class SpecialPoint:
-    """A place on a branch where its orbit changes its kind.
+    """A bifurcation or a grazing on a branch.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class SpecialPoint:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch(Shown):
-    """Periodic orbits along a parameter, in the order in which they were followed.
+    """A branch of periodic orbits along a parameter, in the order of continuation.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Branch(Shown):
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether neighbours come closer: all multipliers but the 1 of a flow within the circle."""
+        """Whether each orbit is stable: all multipliers (but 1 of a flow) in the unit circle."""
         sizes = np.abs(self.multipliers)
         if self.forced is False:
             sizes[np.arange(len(sizes)), np.abs(self.multipliers - 1).argmin(axis=1)] = 0.0

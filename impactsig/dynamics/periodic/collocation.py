@@ -1,4 +1,4 @@
-"""Linear equations over a short span, by collocation at Chebyshev's nodes [Trefethen2000]_."""
+"""Linear differential equations over a short span, by Chebyshev collocation [Trefethen2000]_."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ NODES = 28
 
 
 def chebyshev(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes on [0, 1], ascending, and the matrix of differentiation [Trefethen2000]_, chapter 6."""
+    """Nodes on [0, 1] and the differentiation matrix [Trefethen2000]_, chapter 6."""
     k = np.arange(n)
     x = np.cos(np.pi * k / (n - 1))
     c = np.where((k == 0) | (k == n - 1), 2.0, 1.0) * (-1.0) ** k
@@ -19,7 +19,7 @@ def chebyshev(n: int = NODES) -> tuple[np.ndarray, np.ndarray]:
 
 
 def solve(length: float, matrices: np.ndarray, source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The solution of ``z' = A(t) z + b u(t)`` at the nodes, by what it depends on.
+    """Solution of ``z' = A(t) z + b u(t)`` at the nodes, as a linear map of its inputs.
 
     Parameters
     ----------

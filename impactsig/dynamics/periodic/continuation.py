@@ -1,4 +1,4 @@
-"""Following a periodic orbit through a parameter, stable or not, and what happens to it."""
+"""Continuation of a periodic orbit in a parameter, with its bifurcations."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def continue_orbit(
     tolerance: float = 1e-10,
     most: int = 2000,
 ) -> Branch:
-    """Follow a periodic orbit through a parameter, around folds, until it grazes.
+    """Continue a periodic orbit in a parameter, around folds, until it grazes.
 
     Pseudo-arclength continuation of the fixed point of the stroboscopic map [Keller1977]_, with
     its derivative from `tangent_map`; of a flow, of state and period of the orbit. Folds and

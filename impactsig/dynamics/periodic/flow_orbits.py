@@ -73,19 +73,19 @@ class FlowOrbit(Shown):
 
     @property
     def found(self) -> bool:
-        """Whether it is an orbit."""
+        """Whether Newton's method converged to an orbit."""
         return self.status == "found"
 
     @property
     def stable(self) -> bool:
-        """Whether neighbours come to it: all multipliers but that along it within the circle."""
+        """Whether the orbit is stable: all multipliers but the trivial one in the unit circle."""
         across = self.multipliers
         if not self.forced:
             across = np.delete(across, np.argmin(np.abs(across - 1)))
         return bool((np.abs(across) < 1).all())
 
     def sample(self, time: Any) -> np.ndarray:
-        """States on it, at times from 0 on, shape of `time` and (d,).
+        """States on the orbit, at times from 0 on, shape of `time` and (d,).
 
         Raises
         ------
@@ -121,7 +121,7 @@ class FlowOrbit(Shown):
 def find_flow_orbit(
     flow: Flow, period: Any, guess: Sequence[float] | None, tolerance: Any
 ) -> FlowOrbit:
-    """A periodic orbit of a flow; the arguments are those of `find_periodic_orbit`."""
+    """Find a periodic orbit of a flow; arguments as of `find_periodic_orbit`."""
     period = number("period", period, above=0)
     tolerance = number("tolerance", tolerance, above=0)
     Running(flow)  # what is wrong with the function is said here
@@ -153,7 +153,7 @@ def find_flow_orbit(
 def _settled(
     flow: Flow, start: np.ndarray, period: float, scale: np.ndarray, forced: bool, tolerance: float
 ) -> FlowOrbit:
-    """The orbit that Newton's method comes to from a start."""
+    """The orbit to which Newton's method converges from a start."""
     d = flow.dimension
 
     def off(end: np.ndarray, state: np.ndarray) -> float:
@@ -202,7 +202,7 @@ def _settled(
 
 
 def _closes_sooner(orbit: FlowOrbit, scale: np.ndarray) -> bool:
-    """Whether it goes round another orbit several times."""
+    """Whether the orbit is a multiple of a shorter one."""
     if orbit.forced:
         return False
     apart = np.abs(orbit.sample(orbit.period / np.arange(2, 9)) - orbit.state) / scale
@@ -212,7 +212,7 @@ def _closes_sooner(orbit: FlowOrbit, scale: np.ndarray) -> bool:
 def _close_returns(
     flow: Flow, period: float, forced: bool
 ) -> Iterator[tuple[np.ndarray, float, np.ndarray]]:
-    """States after which a long course comes back near them, the time it takes, and its size."""
+    """States of a long trajectory that nearly return, the return times, and its size."""
     count, start = TURNS * PER_TURN, 20 * period
     instants = start + period / PER_TURN * np.arange(count)
     states, _ = Running(flow).sample(instants)

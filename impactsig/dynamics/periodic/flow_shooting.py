@@ -1,4 +1,4 @@
-"""Where a state of a flow comes to after some time, and the derivative of that by collocation."""
+"""State of a flow after some time, and its derivative, by collocation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LOOKS, SPAN = 128, 32  # instants at which rates are compared, over so many peri
 
 
 def depends_on_time(flow: Flow, period: float) -> bool:
-    """Whether the rates at a state are not the same at all times: looked at, not proven.
+    """Whether the rates depend on time, judged by samples.
 
     At the initial state and beside it, where no coordinate is 0, at instants that no force of
     another period meets at one phase only.
@@ -36,7 +36,7 @@ def depends_on_time(flow: Flow, period: float) -> bool:
 
 
 def recurs(flow: Flow, period: float) -> bool:
-    """Whether the rates are the same a period later but for rounding: looked at, not proven."""
+    """Whether the rates have the period, judged by samples."""
     y = np.array(flow.initial)
     times = SPAN * period * (np.arange(1, LOOKS) * GOLDEN % 1.0)
     for share in (0.0, GOLDEN, -(GOLDEN**3)):
@@ -49,7 +49,7 @@ def recurs(flow: Flow, period: float) -> bool:
 
 
 def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:
-    """Rates of the coordinates, shape (d,); NaN where the function raises, as in the kernels."""
+    """Rates of the coordinates, shape (d,); NaN where the function raises."""
     try:
         return np.array(flow.function(t, y, *flow.parameters), float)
     except (ArithmeticError, ValueError):
@@ -59,7 +59,7 @@ def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:
 def tangent_pieces(
     flow: Flow, state: np.ndarray, period: float, parts: int
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
-    """Piece by piece: its length, and times, states and Jacobians at its nodes."""
+    """Length of each piece, and times, states and Jacobians at its nodes."""
     nodes, _ = chebyshev()
     h = period / parts
     times = h * (np.arange(parts)[:, None] + nodes)
@@ -78,7 +78,7 @@ def tangent_pieces(
 
 
 def jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Central differences of the rates: exact but for rounding where these are quadratic."""
+    """Jacobian by central differences, exact up to rounding for quadratic rates."""
     columns = []
     for n, h in enumerate(SMALL * sizes):
         high, low = y.copy(), y.copy()
@@ -90,7 +90,7 @@ def jacobian(flow: Flow, t: float, y: np.ndarray, sizes: np.ndarray) -> np.ndarr
 def shoot(
     flow: Flow, state: np.ndarray, period: float, parts: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the state comes to after a period, and the derivative of that."""
+    """State after a period, and its derivative."""
     tangent = np.eye(flow.dimension)
     end = state
     for h, _, states, jacobians in tangent_pieces(flow, state, period, parts):
@@ -105,7 +105,7 @@ def shoot(
 def converged(
     flow: Flow, state: np.ndarray, period: float
 ) -> tuple[np.ndarray, np.ndarray, int, bool]:
-    """Where a state comes to, the derivative of that, in how many parts, and if to rounding."""
+    """State after a period and its derivative, with enough parts for rounding accuracy."""
     parts, settled = PARTS, False
     end, tangent = shoot(flow, state, period, parts)
     while parts < MOST_PARTS and np.isfinite(end).all():

@@ -30,7 +30,7 @@ GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeriodicOrbit(Shown):
-    """An orbit that closes after n forcing periods (`Oscillator.forcing_period`).
+    """A periodic orbit that closes after n forcing periods (`Oscillator.forcing_period`).
 
     Attributes
     ----------
@@ -86,19 +86,19 @@ class PeriodicOrbit(Shown):
 
     @property
     def initial(self) -> tuple[Any, Any]:
-        """The state as `simulate` takes it: displacement and velocity, or those of all modes."""
+        """The initial state for `simulate`: displacement and velocity, or those of all modes."""
         if isinstance(self.system, Cantilever):
             return self.state[: self.system.modes], self.state[self.system.modes :]
         return float(self.state[0]), float(self.state[1])
 
     @property
     def found(self) -> bool:
-        """Whether it is an orbit."""
+        """Whether Newton's method converged to an orbit."""
         return self.status == "found"
 
     @property
     def stable(self) -> bool:
-        """Whether neighbours come closer: all multipliers within the unit circle."""
+        """Whether the orbit is stable: all multipliers within the unit circle."""
         return bool(np.abs(self.multipliers).max() < 1)
 
     @property
@@ -109,7 +109,7 @@ class PeriodicOrbit(Shown):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)
 
     def motion(self, cycles: float = 1, **options: Any) -> Any:
-        """The motion along it, so many times round; an unstable one is left in the end.
+        """Simulate the orbit for a number of rounds; an unstable one is left in the end.
 
         Where feedback is silent on it, that of the oscillator alone.
         """
@@ -157,7 +157,7 @@ def find_periodic_orbit(  # type: ignore[misc]
     method: RungeKutta | FixedStep | None = None,
     tolerance: float | None = None,
 ) -> Any:
-    """A periodic orbit, stable or not, by Newton's method; a step that leads away is halved.
+    """Find a periodic orbit, stable or not, by damped Newton iteration.
 
     Of an oscillator on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
     `tangent_map`; of a cantilever in all its modes. Of a flow on ``y(T) - y(0)``, for the state
@@ -273,7 +273,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-11,
     guesses: int = 200,
 ) -> tuple[PeriodicOrbit, ...]:
-    """All orbits of that period that the close returns of one long motion lead to.
+    """Find all orbits of a period to which close returns of one long motion lead.
 
     Of a chaotic attractor these are unstable orbits within it; there is no proof that they are all.
     Orbits that close sooner are left out, and each is listed once, whichever of its n points the
@@ -323,12 +323,12 @@ def find_periodic_orbits(
 
 
 def moving_on_orbits(system: Any) -> Any:
-    """What moves on the orbits of a system: itself, or what is controlled by silent feedback."""
+    """The system that moves on periodic orbits: without the feedback that vanishes there."""
     return getattr(system, "moving_on_orbits", system)
 
 
 def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> PeriodicOrbit:
-    """The orbit of a cantilever that a guess, or some close return, leads to."""
+    """The orbit of a cantilever found from a guess or from close returns."""
     starts = shooting.close_returns() if guess is None else [shooting.given(guess)]
     least: PeriodicOrbit | None = None
     for start in starts:
@@ -346,7 +346,7 @@ def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> Periodi
 
 
 def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:
-    """The orbit that Newton's method comes to from a start."""
+    """The orbit to which Newton's method converges from a start."""
     return orbit_of(shooting, *shooting.newton(start))
 
 
@@ -358,7 +358,7 @@ def orbit_of(
     status: str,
     here: TangentMap | None,
 ) -> PeriodicOrbit:
-    """What there is to tell of the orbit through a state."""
+    """The result for the orbit through a state."""
     speed, angle = np.empty(0), np.empty(0)
     multipliers = np.full(len(state), math.nan)
     system = shooting.moves
@@ -390,13 +390,13 @@ def shooting_of(
 
 
 def _returns(orbit: PeriodicOrbit) -> np.ndarray:
-    """Its n points on the section, shape (n, 2)."""
+    """The n points of the orbit on the section, shape (n, 2)."""
     x, v = orbit.motion().stroboscopic(orbit.phase)
     return np.stack([x[: orbit.periods], v[: orbit.periods]], axis=1)
 
 
 def _primitive(shooting: OscillatorShooting, orbit: PeriodicOrbit) -> bool:
-    """Whether it does not close sooner."""
+    """Whether n is the least period of the orbit."""
     points = _returns(orbit)
     off = np.abs((points[1:] - orbit.state) * shooting.scale(orbit.state)).max(axis=1)
     divisors = [n for n in range(1, orbit.periods) if orbit.periods % n == 0]
@@ -404,7 +404,7 @@ def _primitive(shooting: OscillatorShooting, orbit: PeriodicOrbit) -> bool:
 
 
 def _told(multipliers: np.ndarray) -> str:
-    """The greatest two."""
+    """The two greatest multipliers, as text."""
     first = complex(multipliers[0])
     if first.imag:
         return f"{first.real:.4g} ± {abs(first.imag):.4g}i"

@@ -1,4 +1,4 @@
-"""The map of a system over n forcing periods, its derivative, and Newton's method on it."""
+"""Stroboscopic map of a system over n forcing periods, and Newton's method on it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..tangents.tangent import TangentMap, tangent_map
 
 
 class Shooting(ABC):
-    """The map of one system over n forcing periods; states are arrays of shape (d,).
+    """The map of a system over n forcing periods; states are arrays of shape (d,).
 
     Attributes
     ----------
@@ -59,14 +59,14 @@ class Shooting(ABC):
 
     @abstractmethod
     def error(self, gap: np.ndarray, state: np.ndarray) -> float:
-        """How far off a return is, as a share of the state's size."""
+        """Difference of return and state, relative to the state's size."""
 
     @abstractmethod
     def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
-        """The step of Newton's method; LinAlgError where there is none."""
+        """A Newton step; LinAlgError if the matrix is singular."""
 
     def off(self, state: np.ndarray) -> tuple[float, np.ndarray, TangentMap | None]:
-        """Residual, how far the return is off, and the map; inf where there is none."""
+        """Residual, difference of return and state, and the map; inf if it fails."""
         try:
             here = tangent_map(
                 self.moves, periods=self.periods, initial=self.parts(state), **self.options
@@ -81,15 +81,15 @@ class Shooting(ABC):
         return self.error(gap, state), gap, here
 
     def multipliers(self, here: TangentMap, state: np.ndarray) -> np.ndarray:
-        """Floquet multipliers of the orbit through a state that returns."""
+        """Floquet multipliers of the orbit through a fixed point."""
         return here.multipliers
 
     def slopes(self, here: TangentMap, unit: np.ndarray) -> np.ndarray:
-        """Derivative of what the return is off by the state, both in such units."""
+        """Derivative of the difference by the state, both in these units."""
         return here.matrix * unit[None, :] / unit[:, None] - np.eye(len(unit))
 
     def newton(self, start: np.ndarray) -> tuple[np.ndarray, float, int, str, TangentMap | None]:
-        """The state that returns, its residual, the steps that took, a status and its map."""
+        """The fixed point, its residual, number of steps, a status and the map there."""
         state, iterations = start, 0
         residual, gap, here = self.off(state)
         status = "not converged" if here is not None else "lost"
@@ -127,7 +127,7 @@ class Shooting(ABC):
 
 
 class OscillatorShooting(Shooting):
-    """That of an oscillator, whose states are displacement and velocity."""
+    """The map of an oscillator; states are displacement and velocity."""
 
     def __init__(
         self, oscillator: Any, periods: int, phase: float, method: Any, tolerance: float
@@ -146,12 +146,12 @@ class OscillatorShooting(Shooting):
         return np.stack(motion.sample(time), axis=-1)
 
     def scale(self, state: np.ndarray) -> np.ndarray:
-        """What makes displacement and velocity one, and 1 in size."""
+        """Units that make displacement and velocity comparable and of size 1."""
         size = max(math.hypot(state[0], state[1] / self.omega), 1e-12)
         return np.array([1.0, 1 / self.omega]) / size
 
     def error(self, gap: np.ndarray, state: np.ndarray) -> float:
-        """How far off a return is, as a share of the state."""
+        """Difference of return and state, relative to the state."""
         return float(np.abs(gap * self.scale(state)).max())
 
     def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
@@ -166,7 +166,7 @@ class OscillatorShooting(Shooting):
         return np.stack(motion.stroboscopic(self.phase), axis=1)
 
     def close_returns(self, count: int, spread: int = 0) -> Iterator[np.ndarray]:
-        """Points of a long motion that come back near themselves after n periods, closest first.
+        """Points of a long motion that nearly return after n periods, the closest first.
 
         Then, if asked, so many by so many points spread over where it goes and half as far again.
         """
@@ -189,7 +189,7 @@ def distinct(
     size: Callable[[np.ndarray], np.ndarray],
     apart: float,
 ) -> Iterator[np.ndarray]:
-    """So many points, those that are least off first, none of them near one before."""
+    """The points with the least differences, none near another."""
     chosen: list[np.ndarray] = []
     for k in np.argsort(off, kind="stable"):
         if len(chosen) == count:
@@ -200,7 +200,7 @@ def distinct(
 
 
 def two_numbers(name: str, values: Any) -> np.ndarray:
-    """Displacement and velocity.
+    """Validate displacement and velocity.
 
     Raises
     ------

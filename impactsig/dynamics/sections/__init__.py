@@ -1,1 +1,1 @@
-"""Sections of a motion, by displacement and from impact to impact."""
+"""Poincare sections of a motion: at a displacement, and at impacts."""

@@ -1,4 +1,4 @@
-"""Kernel: the instants at which a piecewise linear motion crosses a displacement."""
+"""Kernel that finds the crossings of a displacement by a piecewise linear motion."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ MOST = 1_000_000  # steps on one leg
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Section(Shown):
-    """Points at which a motion passed a section.
+    """Points of a motion on a Poincare section.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Section(Shown):
 
 
 def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Section:
-    """Phase and velocity at every impact: the impact map, one point to the next.
+    """Impact map: phase and velocity at every impact.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
 
 
 def _of_impacts(motion: Any, stop: int | None) -> Section:
-    """The impact map of a motion whose impacts have all that there is to it."""
+    """The impact map of a motion from its list of impacts."""
     period = _period(motion)
     known = getattr(motion.system, "stops", (getattr(motion.system, "stop", None),))
     if stop is not None and whole("stop", stop, 0) >= len(known):
@@ -150,7 +150,7 @@ def _of_impacts(motion: Any, stop: int | None) -> Section:
 
 
 def _period(motion: Any) -> float:
-    """Of the forcing [s]."""
+    """Forcing period [s]."""
     period: float | None = motion.system.forcing_period
     if period is None:
         raise InvalidInput("motion", repr(motion), "a forced motion, to tell phases of the forcing")
@@ -162,7 +162,7 @@ def displacement_section(
     displacement: float = 0.0,
     direction: Literal["up", "down", "both"] = "up",
 ) -> Section:
-    """Phase and velocity where the motion crosses a displacement.
+    """Phase and velocity at which the motion crosses a displacement.
 
     No crossing of a linear motion is missed: the way to it is followed as the engine follows the
     gaps to the stops. Stepped motions are looked at 512 times in a period of the first
@@ -209,7 +209,7 @@ def displacement_section(
 
 
 def _towards(direction: str, *crossings: np.ndarray) -> Section:
-    """The section of times, phases and velocities of crossings: those that go that way."""
+    """Select the crossings in a direction."""
     velocity = crossings[-1]
     wanted = {"up": velocity > 0, "down": velocity < 0, "both": np.full(len(velocity), True)}
     time, phase, velocity = (part[wanted[direction]] for part in crossings)
@@ -217,7 +217,7 @@ def _towards(direction: str, *crossings: np.ndarray) -> Section:
 
 
 def _of_tip(motion: BeamMotion, level: float, direction: str) -> Section:
-    """Where the tip of a cantilever crosses a displacement."""
+    """Crossings of a displacement by the tip of a cantilever."""
     period, stop = _period(motion), motion.system.stop
     if stop is not None and isinstance(stop.law, Rigid) and level == stop.position:
         return _towards(direction, *np.empty((3, 0)))  # rounding may put a hit beyond the stop
@@ -274,7 +274,7 @@ def _looked(motion: Motion, level: float) -> tuple[np.ndarray, np.ndarray, np.nd
 def _bisected(
     state: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], looks: np.ndarray, level: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where displacements cross a level: instants, 1 for up and -1 for down, velocities."""
+    """Crossings of a level: instants, direction (1 up, -1 down), velocities."""
     q, _ = state(looks)
     cross = np.flatnonzero((q[:-1] < level) != (q[1:] < level))
     low, high = looks[cross], looks[cross + 1]

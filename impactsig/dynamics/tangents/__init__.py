@@ -1,1 +1,1 @@
-"""How neighbours part: tangent maps and Lyapunov exponents of every system."""
+"""Tangent maps and Lyapunov exponents of every system."""

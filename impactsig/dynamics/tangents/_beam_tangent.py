@@ -1,4 +1,4 @@
-"""How neighbours of a cantilever's motion part: its tangent flow, and what its events do to it.
+"""Tangent map of a cantilever's motion: flow between events, and saltation at them.
 
 In a regime of the beam (`simulate._beam_regimes`) ``y' = A (y - y_p) + y_p'``, y_p the response to
 the forcing. So differences grow by ``exp(A tau) = Re(V exp(lambda tau) W)``, V and W the
@@ -42,7 +42,7 @@ SLOW = 1e-12  # share of the modes' velocities: an event that comes more slowly 
 
 
 class Step(NamedTuple):
-    """What became of differences from one event to the next."""
+    """The tangent map from one event to the next."""
 
     turns: float  # of the forcing, since the start of the run
     phase: float
@@ -52,7 +52,7 @@ class Step(NamedTuple):
 
 
 def steps(motion: BeamMotion, times: np.ndarray) -> Iterator[tuple[int, Step]]:
-    """The tangent map, leg by leg, cut at the times too: how many of these have passed, and it.
+    """The tangent map, leg by leg, also divided at given times.
 
     In the unit of time of the reference, for displacements and velocities of the modes.
     """
@@ -101,7 +101,7 @@ def rate(table: Beam, regime: int, state: np.ndarray, phase: float) -> np.ndarra
 def saltation(
     table: Beam, before: np.ndarray, row: np.ndarray, held: bool
 ) -> tuple[np.ndarray, bool]:
-    """What the event of a row makes of differences, and whether it had no derivative.
+    """Saltation matrix of the event of a row, and whether it has no derivative.
 
     `held`: whether the impact ends a chatter, after which the stop holds the tip.
     """
@@ -134,7 +134,7 @@ def saltation(
 
 
 def _held(table: Beam) -> np.ndarray:
-    """Differences of displacement and velocity of the tip vanish, from all modes alike."""
+    """Projection that removes differences in position and velocity of the tip."""
     m = table.modes
     part = np.eye(m) - np.ones((m, m)) / m
     return np.block([[part, np.zeros((m, m))], [np.zeros((m, m)), part]])

@@ -1,4 +1,4 @@
-"""Kernels: how the neighbours of a flow move with it.
+"""Kernels for the variational equation of a flow.
 
 With every step of Dormand and Prince's goes the variational equation ``Y' = J Y`` by the same
 stages, so that the columns are the derivative of the step as it is taken; it must fulfil a
@@ -21,7 +21,7 @@ SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 
 @inner
 def jacobian(field, t, y, sizes, low, high, out):
-    """Central differences of the rates by every coordinate; `y` is changed and put back."""
+    """Jacobian by central differences; `y` is changed and restored."""
     d = field.size
     for n in range(d):
         value = y[n]
@@ -39,7 +39,7 @@ def jacobian(field, t, y, sizes, low, high, out):
 
 @inner
 def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
-    """The columns after the step whose stages are in `s`, into `new`.
+    """Advance the columns over the step whose stages are in `s`, into `new`.
 
     Returns the mean divergence over the step, and the error in units of the tolerance.
     """
@@ -83,7 +83,7 @@ def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
 
 @inner
 def orthonormalize(columns, growth):
-    """Gram and Schmidt's, each column twice; adds the logarithms of the lengths."""
+    """Gram-Schmidt, twice for each column; adds the logarithms of the lengths."""
     d = len(columns)
     for column in range(d):
         for _ in range(2):
@@ -104,7 +104,7 @@ def orthonormalize(columns, growth):
 
 @kernel
 def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes, j, low, high):
-    """Move the flow and its columns to `end`, in at most so many steps; how it ended.
+    """Advance the flow and its columns to `end` within a number of steps; status.
 
     `growth` adds up the logarithms of the columns' growth, and in its last entry the divergence.
     """

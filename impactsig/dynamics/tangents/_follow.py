@@ -1,4 +1,4 @@
-"""What drives the kernels: a run of an engine, and with it what its neighbours do."""
+"""Run an engine together with the tangent map of its motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LISTED = 10_000  # collapses that are written down
 
 
 class Follower:
-    """A run, and the two columns of its tangent map, carried along.
+    """A run together with the two columns of its tangent map.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ class Follower:
 
     @property
     def omega(self) -> float:
-        """Engine's unit of time over the oscillator's."""
+        """Ratio of the engine's unit of time to the oscillator's."""
         return self.run.engine.omega
 
     def to(
         self, until: float, edges: Sequence[float] | np.ndarray = ()
     ) -> tuple[str, np.ndarray, np.ndarray]:
-        """Move to `until`: a status; and at the edges, as far as it came, instants and totals.
+        """Advance to `until`; returns a status, and instants and totals at the edges.
 
         Both count as the run does, in periods or seconds; instants are turns and phases.
         """
@@ -87,7 +87,7 @@ class Follower:
         return status, instants[:passed], taken[:passed]
 
     def forget(self) -> None:
-        """Count from here; the columns stay as they are, and a stick under way counts."""
+        """Reset the totals; the columns stay, and a stick in progress counts."""
         from .columns import BY_FRICTION, FREE, HELD
 
         forget(self.totals, self.place)
@@ -101,7 +101,7 @@ class Follower:
 
 
 class _Exact:
-    """The kernels of `_tangent` for an exact engine."""
+    """The kernels of `_tangent`, for an exact engine."""
 
     def __init__(self, engine: ExactEngine) -> None:
         self.engine = engine
@@ -113,7 +113,7 @@ class _Exact:
 
 
 class _Stepped:
-    """The kernels of `_stepped_tangent` for a stepping engine; the motion is stepped again."""
+    """The kernels of `_stepped_tangent`, which repeat the steps of a stepping engine."""
 
     def __init__(self, run: Run, place: np.ndarray) -> None:
         from ...simulate.stepping.retrace import mode_of

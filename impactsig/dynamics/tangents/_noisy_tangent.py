@@ -46,7 +46,7 @@ class Contact(NamedTuple):
 
 
 def tangent_steps(oscillator: Oscillator, **options: Any) -> tuple[Any, np.ndarray, np.ndarray]:
-    """One path, and of each of its steps the matrix that carries differences and its divergence.
+    """One path, with the tangent matrix and the divergence of each step.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def tangent_steps(oscillator: Oscillator, **options: Any) -> tuple[Any, np.ndarr
 
 
 def _check(oscillator: Oscillator) -> None:
-    """Refuse what leaves neighbours without a derivative.
+    """Refuse an oscillator whose paths have no derivative by the initial state.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _check(oscillator: Oscillator) -> None:
 def _contacts(
     oscillator: Oscillator, phase: float, time: np.ndarray, x: np.ndarray, v: np.ndarray
 ) -> Iterator[Contact]:
-    """What each stop does along a path."""
+    """Each soft stop along a path."""
     turned = (oscillator.angular_forcing_frequency or 0.0) * time + phase
     at, moving = base_motion(oscillator, pace(oscillator) * turned)
     for stop in oscillator.stops:
@@ -164,7 +164,7 @@ def _exponentials(a: Any, b: Any, step: float) -> np.ndarray:
 
 
 def orthonormal(columns: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
-    """Two columns made orthonormal, and the logarithms of their lengths."""
+    """Orthonormalise two columns; returns the logarithms of their lengths."""
     (p, r), (q, s) = columns.tolist()
     first = math.hypot(p, q)
     p, q = p / first, q / first

@@ -1,4 +1,4 @@
-"""Kernels: what an event makes of the differences of neighbours.
+"""Kernels for saltation: the effect of events on differences of neighbouring motions.
 
 At an event with the normal n of its surface and the derivative R of its reset they jump by the
 saltation matrix [Muller1995]_
@@ -38,7 +38,7 @@ from .columns import (
 
 @inner
 def slope_of_return(law, v, unit):
-    """Derivative of r(v) v, where a function tells r: by differences of order 4, to 1e-12."""
+    """Derivative of r(v) v for a restitution function, by differences of order 4, to 1e-12."""
     h = 1e-3 * v
     near = law((v + h) * unit) * (v + h) - law((v - h) * unit) * (v - h)
     far = law((v + 2 * h) * unit) * (v + 2 * h) - law((v - 2 * h) * unit) * (v - 2 * h)
@@ -47,7 +47,7 @@ def slope_of_return(law, v, unit):
 
 @inlined
 def hit(columns, totals, collapses, row, come, rho, a, b):
-    """At an impact that comes with the velocity `come`; accelerations a before and b after it."""
+    """Saltation at an impact with approach velocity `come`; a, b: accelerations before, after."""
     r = -row[ROW_V] / come
     multiply(columns, -r, 0.0, (b + rho * a) / come, -rho)
     if r * rho == 0.0:
@@ -58,7 +58,7 @@ def hit(columns, totals, collapses, row, come, rho, a, b):
 
 @inlined
 def turn(columns, totals, a, b):
-    """Where friction turns; accelerations before and after."""
+    """Saltation at a reversal of friction, from the accelerations before and after."""
     if a == 0.0 or b == 0.0:
         totals[SINGULAR] += 1
         return
@@ -68,7 +68,7 @@ def turn(columns, totals, a, b):
 
 @inlined
 def stick(columns, totals, collapses, row, place, by_stop):
-    """Where a stop holds the mass, or friction."""
+    """Saltation when a stop or friction holds the mass."""
     place[HELD] = BY_STOP if by_stop else BY_FRICTION
     list_collapse(collapses, totals, row, 0 if by_stop else 1)
     multiply(columns, 0.0 if by_stop else 1.0, 0.0, 0.0, 0.0)
@@ -76,7 +76,7 @@ def stick(columns, totals, collapses, row, place, by_stop):
 
 @inlined
 def set_off(columns, totals, off, orthonormal):
-    """Where friction lets go: the velocity by the place; the column that was lost begins anew."""
+    """Saltation when friction releases the mass; the lost column begins anew."""
     multiply(columns, 1.0, 0.0, off, 0.0)
     if orthonormal:
         norm = math.hypot(columns[0, 0], columns[1, 0])
@@ -87,7 +87,7 @@ def set_off(columns, totals, off, orthonormal):
 
 @inlined
 def approach_of(row, side, totals):
-    """Velocity with which an impact comes; 0 where it grazes, which has no derivative."""
+    """Approach velocity of an impact; 0 if it grazes, which has no derivative."""
     come = side * row[ROW_APPROACH]
     totals[IMPACTS] += 1
     totals[SINGULAR] += come == 0.0

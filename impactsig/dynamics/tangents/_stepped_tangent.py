@@ -1,4 +1,4 @@
-"""Kernels: how the neighbours of a stepped motion move with it, from event to event.
+"""Kernels for the tangent map of a stepped motion, from event to event.
 
 The motion is stepped again from row to row, and the columns with it (`_stepped_variation`). At an
 event they jump (`_saltation`); what a Hertz stop with a restitution coefficient loses goes by its
@@ -60,7 +60,7 @@ FINE = 1e-8  # of the time that the motion takes: step where a Hertz contact beg
 
 @inner
 def settle(p, motion, columns, totals, orthonormal):
-    """Make the columns orthonormal, or of a common scale; what depends on them with them."""
+    """Orthonormalise or rescale the columns, together with what depends on them."""
     count = len(p.stops)
     a, b, c, d = columns[0, 0], columns[1, 0], columns[0, 1], columns[1, 1]
     scale = totals[FIRST]
@@ -88,7 +88,7 @@ def retrace(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new, parts,
 ):  # fmt: skip
-    """Step the motion and the columns from where `place` has them to an instant.
+    """Repeat the steps of the motion with its columns up to an instant.
 
     The slope of Hertz' force begins as the root of the depth, which no polynomial follows: steps
     double from where it does, and halve to where it ends (where a contact `parts`).
@@ -187,7 +187,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
 
 @inner
 def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approach):
-    """Saltation where a mass held by friction sets off; the column that was lost begins anew."""
+    """Saltation when friction releases the mass; the lost column begins anew."""
     q = row[ROW_Q]
     rest = after - after % 3
     approach = motion[STOPS : STOPS + len(p.stops)]
@@ -209,7 +209,7 @@ def carry_to(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new,
 ):  # fmt: skip
-    """Carry the columns to an instant without event."""
+    """Advance the columns to an instant without an event."""
     if place[HELD] == FREE:
         retrace(
             p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
@@ -223,7 +223,7 @@ def carry(
     p, tab, f, s, rows, end, instants, taken, place, motion, columns, totals, collapses,
     orthonormal, slopes, by_approach, clock, new,
 ):  # fmt: skip
-    """Carry the columns through events to the turns and phase `end`; take totals at instants."""
+    """Advance the columns through events to `end`; take totals at instants."""
     count = len(p.stops)
     approach = motion[STOPS : STOPS + count]
     for w in range(len(rows)):

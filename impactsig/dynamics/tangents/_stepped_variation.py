@@ -1,4 +1,4 @@
-"""Kernels: a step of the stepping engine, and with it the variational equation of the motion.
+"""Kernels for the variational equation over a step of the stepping engine.
 
 ``x'' = a_q x + a_v x'`` by the same stages: the columns are the derivative of the step as it is
 taken; it must fulfil the tolerance for them too, because a direction that the motion has left still
@@ -63,7 +63,7 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
 
 @inner
 def vary(p, tab, f, s, leg, mode, motion, h, y, columns, new, slopes, by_approach):
-    """The columns after the step of h from y just taken, whose stages are in `s`, into `new`.
+    """Advance the columns over the step just taken, whose stages are in `s`, into `new`.
 
     Returns the mean divergence over the step, and the error in units of the tolerance.
     """

@@ -1,4 +1,4 @@
-"""Kernels: how the neighbours of a piecewise linear motion move with it, from event to event.
+"""Kernels for the tangent map of a piecewise linear motion, from event to event.
 
 Between events the tangent flow is the homogeneous flow of the mode, whatever the state; at an event
 the columns jump (`_saltation`). At a touch or a part all but the damper is continuous.
@@ -53,7 +53,7 @@ FAR = 4.0  # 2 root tau within which both eigenvectors of an overdamped mode kee
 
 @inlined
 def flow(columns, totals, delta, kappa, root, damping_kind, tau, orthonormal):
-    """Carry the columns over a span of a mode, the greatest factor taken out as a logarithm."""
+    """Advance the columns over a span of a mode; the greatest factor is kept as a logarithm."""
     scale = -delta * tau
     if damping_kind > 0:
         c, s = math.cos(root * tau), math.sin(root * tau) / root
@@ -71,7 +71,7 @@ def flow(columns, totals, delta, kappa, root, damping_kind, tau, orthonormal):
 
 @inner
 def span(p, i, tau, columns, totals, orthonormal):
-    """Carry the columns over a span of mode i; far from critical damping in pieces."""
+    """Advance the columns over a span of mode i, in pieces if strongly overdamped."""
     delta, kappa, root, damping_kind = p.delta[i], p.kappa[i], p.root[i], p.damping_kind[i]
     totals[DETERMINANT] -= 2 * delta * tau
     if orthonormal and damping_kind < 0:
@@ -105,13 +105,13 @@ def force(p, turns, phase):
 
 @inlined
 def acceleration(p, i, f, q, v):
-    """In mode i, where the forcing is f."""
+    """Acceleration in mode i under the forcing f."""
     return f + p.constant[i] - p.kappa[i] * q - 2 * p.delta[i] * v
 
 
 @inner
 def by_force(p, i, stop, beyond):
-    """Whether a contact in mode i changes where a force is zero, and not a gap."""
+    """Whether a contact in mode i changes at zero force rather than at zero gap."""
     for s in range(p.gaps[i]):
         if p.meanings[i, s, 1] == stop and p.meanings[i, s, 2] == beyond:
             return p.gap[i, s, 1] != 0.0
@@ -153,7 +153,7 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
 
 @inlined
 def let_go(p, row, place, columns, totals, orthonormal):
-    """Saltation where a mass held by friction sets off; the column that was lost begins anew."""
+    """Saltation when friction releases the mass; the lost column begins anew."""
     after = int(row[ROW_MODE])
     f, f1 = force(p, row[TURNS], row[PHASE])
     if f1 == 0.0:
@@ -167,7 +167,7 @@ def let_go(p, row, place, columns, totals, orthonormal):
 
 @inner
 def carry_to(p, turns, phase, place, columns, totals, orthonormal):
-    """Carry the columns to an instant without event."""
+    """Advance the columns to an instant without an event."""
     if place[HELD] == FREE:
         tau = (turns - place[TURNS]) * TURN + (phase - place[PHASE])
         if tau > 0:
@@ -184,7 +184,7 @@ def carry_to(p, turns, phase, place, columns, totals, orthonormal):
 def carry(
     p, rows, end, instants, taken, place, columns, totals, collapses, orthonormal, upper, lower
 ):
-    """Carry the columns through events to the turns and phase `end`; take totals at instants."""
+    """Advance the columns through events to `end`; take totals at instants."""
     for k in range(len(rows)):
         row = rows[k]
         while due(row[TURNS], row[PHASE], place, instants):

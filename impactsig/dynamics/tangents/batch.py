@@ -1,4 +1,4 @@
-"""The uncertainty of a mean over a run, from means over pieces of it."""
+"""Standard error of a mean over a run, by batch means."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kernels: the two columns of a tangent map, and what is added up while they are carried along."""
+"""Kernels on the two columns of a tangent map, and on their totals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LEFT = 2
 
 @inlined
 def multiply(columns, a, b, c, d):
-    """[[a, b], [c, d]] times the columns."""
+    """Multiply the columns by [[a, b], [c, d]]."""
     for j in range(2):
         q, v = columns[0, j], columns[1, j]
         columns[0, j], columns[1, j] = a * q + b * v, c * q + d * v
@@ -31,7 +31,7 @@ def multiply(columns, a, b, c, d):
 
 @inlined
 def list_collapse(collapses, totals, row, left):
-    """Write down when how many dimensions were left, as long as there is room."""
+    """Record the instant and the dimensions left, as long as there is room."""
     n = int(totals[LINES] + totals[POINTS])
     if n < len(collapses):
         collapses[n, TURNS], collapses[n, PHASE], collapses[n, LEFT] = row[TURNS], row[PHASE], left
@@ -41,7 +41,7 @@ def list_collapse(collapses, totals, row, left):
 
 @inlined
 def orthonormalize(columns, totals):
-    """Gram and Schmidt's; a column that is gone begins anew.
+    """Gram-Schmidt; a column that has vanished begins anew.
 
     The area between the columns keeps its digits where their scales differ by orders.
     """
@@ -63,7 +63,7 @@ def orthonormalize(columns, totals):
 
 @inlined
 def rescale(columns, totals):
-    """Take the common scale out of columns that have grown or shrunk too far."""
+    """Divide out the common scale of columns that have grown or shrunk too far."""
     size = 0.0
     for j in range(2):
         size = max(size, abs(columns[0, j]), abs(columns[1, j]))
@@ -76,7 +76,7 @@ def rescale(columns, totals):
 
 @inlined
 def due(turns, phase, place, instants):
-    """Whether totals are to be taken before that instant, or at it."""
+    """Whether totals are due at or before an instant."""
     k = int(place[NEXT])
     if k >= len(instants):
         return False
@@ -85,7 +85,7 @@ def due(turns, phase, place, instants):
 
 @inlined
 def take(taken, place, totals):
-    """Take the totals, and go on to the next instant."""
+    """Take the totals, and advance to the next instant."""
     n = int(place[NEXT])
     for k in range(TOTALS):
         taken[n, k] = totals[k]

@@ -1,4 +1,4 @@
-"""Exponents from what neighbours have grown by, whatever carried them."""
+"""Exponents from the growth of tangent vectors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Growth(NamedTuple):
 
 
 def growth_of(time: np.ndarray, grown: np.ndarray, lost: Any) -> Growth:
-    """From logarithms of the columns' growth at the ends of batches, where directions are lost.
+    """Exponents from the log growth of the columns at the ends of batches.
 
     The first axis is the batches', of `time` and of `grown`; between it and the directions there
     may be one of motions, which all have come to the same ends, as `lost` has.
@@ -45,14 +45,14 @@ def growth_of(time: np.ndarray, grown: np.ndarray, lost: Any) -> Growth:
 
 
 def lost_of(totals: np.ndarray) -> np.ndarray:
-    """How many directions collapses have ended, of totals in the last axis."""
+    """Number of directions that collapses have removed, from totals in the last axis."""
     from .columns import LINES, POINTS
 
     return np.where(totals[..., POINTS] > 0, 2, np.where(totals[..., LINES] > 0, 1, 0))
 
 
 def forget(totals: np.ndarray, place: np.ndarray) -> None:
-    """Count from here, in the last axes; a stick under way is a collapse."""
+    """Reset the totals; a stick in progress counts as a collapse."""
     from .columns import BY_FRICTION, DETERMINANT, FREE, HELD, LINES, POINTS
 
     totals[...] = 0.0
@@ -63,14 +63,14 @@ def forget(totals: np.ndarray, place: np.ndarray) -> None:
 
 
 def edges_of(before: float, length: float) -> np.ndarray:
-    """Ends of the batches, the last of which is the end of the run."""
+    """Ends of the batches; the last is the end of the run."""
     edges = before + length * np.arange(1, BATCHES + 1) / BATCHES
     edges[-1] = before + length
     return edges
 
 
 def measured(omega: Any, start: np.ndarray, instants: np.ndarray, taken: np.ndarray) -> Any:
-    """Time since the start and growth of both columns, of instants and totals in the last axis."""
+    """Time since the start and growth of both columns, from instants and totals."""
     from .columns import FIRST, SECOND
 
     turns, phase = np.moveaxis(instants - start, -1, 0)

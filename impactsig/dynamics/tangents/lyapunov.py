@@ -1,4 +1,4 @@
-"""All Lyapunov exponents of an oscillator or a flow, from its equations."""
+"""Lyapunov spectrum of an oscillator or a flow, from its equations."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class LyapunovSpectrum(Shown):
 
     @property
     def kaplan_yorke_dimension(self) -> float:
-        """Dimension of the attractor by its exponents [KaplanYorke1979]_.
+        """Kaplan-Yorke dimension of the attractor [KaplanYorke1979]_.
 
         ``j + (lambda_1 + ... + lambda_j) / |lambda_{j+1}|`` with the greatest j whose sum is not
         negative. Of an oscillator it is that of the stroboscopic section.
@@ -164,7 +164,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     chatter: float = 1e-6,
     seed: Seed = None,
 ) -> LyapunovSpectrum | LyapunovSpectra:
-    """All Lyapunov exponents, by the variational equation along the motion.
+    """All Lyapunov exponents of a motion, from its variational equation.
 
     As many neighbours as dimensions are carried along and made orthonormal again after every event
     (every step of a flow); the means of the logarithms of their growth are the exponents
@@ -301,7 +301,7 @@ def _of_oscillator(
 def _of_path(
     oscillator: Oscillator, periods: Any, duration: Any, before: Any, run: dict[str, Any]
 ) -> LyapunovSpectrum:
-    """Along one path of an oscillator under noise."""
+    """The spectrum along one path of an oscillator under noise."""
     from ._noisy_tangent import orthonormal, tangent_steps
 
     whole, given = ("duration", duration) if periods is None else ("periods", periods)
@@ -427,7 +427,7 @@ def spectrum_from(
     divergence: float,
     **rest: Any,
 ) -> LyapunovSpectrum:
-    """The result, from the logarithms of the columns' growth at the ends of the batches."""
+    """The result, from the log growth of the columns at the ends of the batches."""
     found = growth_of(time, grown, lost)
     return LyapunovSpectrum(
         system, found.exponents, found.error, found.between, divergence, time, found.curve, **rest

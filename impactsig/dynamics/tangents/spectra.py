@@ -1,4 +1,4 @@
-"""Lyapunov exponents of many oscillators, a block of them at a time."""
+"""Lyapunov exponents of many oscillators, in blocks."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def spectra_of(
     batch: OscillatorBatch, *, periods: float | None, duration: float | None,
     transient: float | None, initial: Any, phase: float, chatter: float,
 ) -> LyapunovSpectra:  # fmt: skip
-    """The exponents of the oscillators of a batch, each as alone to the last bit."""
+    """Exponents of the oscillators of a batch, each equal to that of a single run bit for bit."""
     columns = spread(batch.columns, len(batch))
     forced = columns.form.forces > 0 or columns.form.base is not None
     length, _ = span(periods, duration, 0.0, forced)
@@ -110,7 +110,7 @@ def spectra_of(
 
 
 def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
-    """What `LyapunovSpectra` has of machines under way, and their statuses."""
+    """Fields of `LyapunovSpectra` for oscillators in progress, and their statuses."""
     from .columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
     from .tangent_batch import carry_range
 

@@ -1,4 +1,4 @@
-"""How neighbours of a motion part: the derivative of where it ends by where it starts."""
+"""Tangent map: the derivative of a motion's final state by its initial state."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SYSTEMS = "an Oscillator, a Cantilever, a Flow, or an Oscillator under OGY"
 
 @dataclass(frozen=True, eq=False)
 class TangentMap(Shown):
-    """The derivative of the final by the initial state.
+    """Derivative of the final state with respect to the initial state.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class TangentMap(Shown):
 
     @property
     def multipliers(self) -> np.ndarray:
-        """Eigenvalues, shape (d,), the greatest in modulus first.
+        """Eigenvalues, shape (d,), in descending order of modulus.
 
         Of a periodic orbit, its Floquet multipliers over the span. The smaller one of two keeps its
         digits however small it is.
@@ -95,7 +95,7 @@ class TangentMap(Shown):
 
 
 def tangent_map(system: Any, **options: Any) -> TangentMap:
-    """The derivative of a motion's end by its start, in closed form where the motion is linear.
+    """Derivative of a motion's final state with respect to its initial state.
 
     Between events the tangent flow is the homogeneous flow of the mode; at impacts, touches, where
     contact ends, where friction turns, holds or lets go, it jumps by the saltation matrix
@@ -150,7 +150,7 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
 
 
 def differentiated_by(system: Any) -> Any:
-    """The module that has derivatives of a system of a higher layer; None where there is none."""
+    """Module with the derivatives of a system of a higher layer, or None."""
     home = getattr(system, "differentiated_by", None)
     return None if home is None or isinstance(system, type) else home()
 
@@ -174,7 +174,7 @@ def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMa
 
 
 def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
-    """Along one path of an oscillator under noise."""
+    """The tangent map along one path of an oscillator under noise."""
     from ._noisy_tangent import tangent_steps
 
     for name in ("transient", "every", "chatter"):

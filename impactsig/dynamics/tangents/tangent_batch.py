@@ -1,4 +1,4 @@
-"""Kernels: tangent maps of many machines, from the events of their motions."""
+"""Kernels for tangent maps of many oscillators, from the events of their motions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def carry_range(
     many, rows, ends, clocks, going, instants, taken, place, columns, totals, collapses,
     orthonormal, upper, lower, first, last,
 ):  # fmt: skip
-    """Carry the columns of machines `first` to `last` through their events to their clocks.
+    """Advance the columns of oscillators `first` to `last` through their events.
 
     The events of machine k are the rows from ``ends[k - 1]`` (of the first: 0) to ``ends[k]``.
     Those that are not `going` are left as they are; all else is as for `_tangent.carry`, with a

@@ -27,7 +27,7 @@ from .moving import Moving
 def simulate_blocks(
     oscillator: Oscillator, *, block: float = 10_000, **options: Any
 ) -> Iterator[Motion]:
-    """The motion as `simulate` has it, in pieces that follow one another.
+    """Simulate a system in consecutive blocks; joined, they equal the motion of `simulate`.
 
     Memory is that of one piece. All pieces are on the same clock; a contact or stick that the end
     of a piece cuts goes on in the next.
@@ -95,7 +95,7 @@ def simulate_many(
     workers: int | None = None,
     **options: Any,
 ) -> Motions:
-    """Many motions in parallel: each is what `simulate` gives for it, to the last bit.
+    """Simulate many systems in parallel; each motion equals that of `simulate` bit for bit.
 
     Oscillators that are linear between events are moved together by one compiled call a thread.
 

@@ -27,7 +27,7 @@ NUMBERS = (
 
 
 class Motions(Shown, Sequence[Motion]):
-    """What many oscillators did, in the order of what was given.
+    """Simulated motions of many oscillators, in the given order.
 
     ``motions[k]`` is what `simulate` gives for that oscillator, to the last bit; it is made each
     time it is asked for. What `Motion` has as numbers are arrays here, made at once.

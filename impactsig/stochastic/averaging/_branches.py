@@ -1,4 +1,4 @@
-"""The averaged density of an oscillator on the tree of its families of orbits.
+"""The averaged density of an oscillator over its families of orbits, which form a tree.
 
 No probability flows along any of them, as the tree has no loops; so the joint density is
 continuous at each saddle, where the exponents of the families that meet are equal.
@@ -21,7 +21,7 @@ from ._well import conservative
 
 @dataclass(frozen=True)
 class Branches:
-    """Densities over the energies of all families; energies are above the lowest bottom.
+    """Densities over the energies of all families, measured from the lowest minimum.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Branches:
 
     @property
     def root(self) -> Family:
-        """The family of the greatest energies."""
+        """The family of the highest energies."""
         return self.families[0]
 
     @property
@@ -50,7 +50,7 @@ class Branches:
 
     @property
     def greatest(self) -> float:
-        """Energy beyond which the density counts as 0."""
+        """Energy beyond which the density is negligible."""
         return max(
             own.greatest + family.ground
             for family, own in zip(self.families, self.curves, strict=True)
@@ -109,7 +109,7 @@ class Branches:
         return max(float((error * np.minimum(at / mean, 1.0)).max()) for at, error in errors)
 
     def joint(self, x: np.ndarray, kinetic: np.ndarray) -> np.ndarray:
-        """The joint density for displacements and kinetic energies, broadcast together."""
+        """Joint density at displacements and kinetic energies, broadcast together."""
         x, kinetic = np.broadcast_arrays(x, kinetic)
         total = self.potential(x) + kinetic
         if len(self.families) == 1:
@@ -123,14 +123,14 @@ class Branches:
         return found
 
     def potential(self, x: np.ndarray) -> np.ndarray:
-        """Potential above the lowest bottom."""
+        """Potential energy above the lowest minimum."""
         return self.root.potential(x.ravel()).reshape(x.shape) + self.root.ground
 
 
 def _of_energy(
     what: Callable[[np.ndarray], np.ndarray], own: Curve, ground: float
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """A function of the energy as one of panel and place."""
+    """A function of the energy as a function of panel and position."""
     return lambda panel, u: what(own.grid.energy(panel, u) + ground)
 
 

@@ -1,4 +1,4 @@
-"""Soft stops as averaging sees them: a spring in the potential, and what it loses in a cycle."""
+"""Soft stops in averaging: a spring in the potential, and a loss in each cycle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HALVINGS = 52
 
 
 class Contact(NamedTuple):
-    """A soft stop: its force is ``stiffness depth^exponent`` and what depends on the velocity.
+    """A soft stop with the force ``stiffness depth^exponent`` and a velocity-dependent part.
 
     That is ``damping depth'`` of Kelvin and Voigt's, which may end where the force does, and
     ``stiffness depth^exponent loss depth'`` of Hertz's, the loss given or found from a restitution
@@ -39,7 +39,7 @@ class Contact(NamedTuple):
         return self.stiffness * (depth if self.exponent == 1 else depth**self.exponent)
 
     def lost(self, x: np.ndarray, v: np.ndarray, approach: np.ndarray) -> np.ndarray:
-        """Force against the motion on the way in and on the way out, added, at speeds v."""
+        """Sum of the dissipative forces on the way in and on the way out, at speeds v."""
         if self.restitution is None:
             return 2 * (self.damping + self.push(x) * self.loss) * v
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -53,7 +53,7 @@ class Contact(NamedTuple):
         energy: np.ndarray,
         greatest: np.ndarray,
     ) -> np.ndarray:
-        """What a damper would take by pulling, which a stop that only pushes does not do [J].
+        """Work [J] that a damper would do by pulling, which a stop that only pushes cannot.
 
         The stop lets go where ``damping v = stiffness depth``, v the speed on the way out.
 
@@ -83,7 +83,7 @@ class Contact(NamedTuple):
         return low * (pulling(low[:, None] * share) @ width)
 
     def scale(self, pressed: float) -> float:
-        """Energy above that of the touch at which its spring is as strong as what pressed on it."""
+        """Energy above touching at which the spring force equals the preload."""
         return pressed * (pressed / self.stiffness) ** (1 / self.exponent)
 
 
@@ -106,7 +106,7 @@ def logarithmic_loss(restitution: float) -> float:
 
 
 def contact(stop: Stop) -> Contact:
-    """A soft stop."""
+    """The contact of a soft stop."""
     side, law = 1 if stop.side == "upper" else -1, stop.law
     if isinstance(law, KelvinVoigt):
         return Contact(

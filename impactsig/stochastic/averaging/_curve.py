@@ -1,4 +1,4 @@
-"""The exponent of an averaged density over the energy, and the integrals over the density."""
+"""Exponent of an averaged density over the energy, and integrals of the density."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Curve:
 
     @property
     def greatest(self) -> float:
-        """Energy beyond which the density counts as 0."""
+        """Energy beyond which the density is negligible."""
         return float(self.ends[-1, 1]) if len(self.ends) else -math.inf
 
     @property
@@ -90,7 +90,7 @@ class Curve:
         return found + self.rise * (share**self.growth - 1)
 
     def joint(self, energy: np.ndarray) -> np.ndarray:
-        """The joint density at points of that energy, which may be infinite."""
+        """Joint density at points of that energy; may be infinite."""
         within = energy <= self.greatest
         return np.where(within, np.exp(self.log_joint(np.where(within, energy, 0.0))), 0.0)
 
@@ -123,11 +123,11 @@ class Curve:
         return np.where(piece < 0, 0.0, np.minimum(before[inside] + part, 1.0))
 
     def between(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Probability from one place in a panel to another."""
+        """Probability between two positions in a panel."""
         return self.shares(panel, low, high).sum(axis=1)
 
     def mean(self, what: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float:
-        """Mean of a function of panel and place, over the energies in the panels."""
+        """Mean of a function of panel and position, over the energies in the panels."""
         return float((self.share * what(self.panel[:, None], _places(self.low, self.high))).sum())
 
     def exchanged(self, share: np.ndarray | None = None) -> float:
@@ -141,13 +141,13 @@ class Curve:
         return self.mean(rate)
 
     def shares(self, panel: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Probabilities that go to the points of a quadrature between two places in a panel."""
+        """Probabilities at the points of a quadrature between two positions in a panel."""
         u, own = _places(low, high), panel[:, None]
         logarithm = evaluate(self.exponent, own, u) + evaluate(self.weight, own, u)
         return np.exp(logarithm) * self.grid.slope(own, u) * WEIGHTS * (high - low)[:, None] / 2
 
     def extrema(self) -> tuple[np.ndarray, np.ndarray]:
-        """Energies of the extrema of the joint density, 0 among them; whether each is a maximum."""
+        """Energies of the extrema of the joint density, with 0, and whether each is a maximum."""
         at = roots(self.balance)
         found = self.grid.energy(np.array([k for k, _ in at], int), np.array([u for _, u in at]))
         between = np.concatenate([[self.grid.edges[0]], found, [self.grid.edges[-1]]])
@@ -161,14 +161,14 @@ class Curve:
 
     @cached_property
     def widest(self) -> float:
-        """Distance of energies over which the joint density varies little."""
+        """Energy distance over which the joint density varies little."""
         ends = self.ends
         high = self.log_joint(ends).max(axis=1)
         return float((ends[:, 1] - ends[:, 0])[high > high.max() - FAR / 2].max()) / 4
 
     @cached_property
     def even(self) -> np.ndarray:
-        """Energies between which the joint density varies little, even if they are shifted."""
+        """Energies between which the joint density varies little, even when shifted."""
         needed = self.widest
         start = self.grid.edges[self.grid.edges < needed]
         count = math.ceil((self.greatest - start[-1]) / needed)
@@ -177,7 +177,7 @@ class Curve:
 
 @lru_cache(maxsize=64)
 def _grid(part: Conservative, which: int, least: float, greatest: float) -> tuple[Panels, Orbits]:
-    """Panels, and the orbits at their nodes: the same for any damper, friction, loss and noise."""
+    """Panels, and orbits at their nodes, which do not depend on dissipation or noise."""
     family = families(part).walk()[which]
     grid = panels(least, greatest, grazings(part, family), family.foot, family.head)
     return grid, orbits(part, grid.nodes.ravel(), family=family)
@@ -213,7 +213,7 @@ def grazings(part: Conservative, family: Family) -> dict[float, float]:
 
 
 def curve(oscillator: Oscillator, which: int, least: float, greatest: float, impact: str) -> Curve:
-    """The density of an oscillator over these energies of a family, without its whole.
+    """The density of a family over a range of energies, not normalised.
 
     Its exponent is 0 at the bottom, or at the saddle where the family begins.
     """
@@ -254,7 +254,7 @@ def curve(oscillator: Oscillator, which: int, least: float, greatest: float, imp
 
 
 def whole(curves: list[Curve], shifts: list[float]) -> list[Curve]:
-    """The densities with their exponents shifted, with a whole of 1 over all of them."""
+    """Shift the exponents of densities, and normalise their sum to 1."""
     tops = []
     for own, shift in zip(curves, shifts, strict=True):
         at = roots(own.balance)
@@ -283,5 +283,5 @@ def whole(curves: list[Curve], shifts: list[float]) -> list[Curve]:
 
 
 def _places(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Points of a quadrature in each piece."""
+    """Quadrature points in each interval."""
     return (low + high)[:, None] / 2 + (high - low)[:, None] / 2 * POINTS

@@ -1,4 +1,4 @@
-"""One cycle of the conservative motion: its length, its area, and what the forces do along it.
+"""One cycle of the conservative motion: period, area, and work of the forces along it.
 
 A quarter of the cycle, from the bottom to where the motion turns, is integrated in
 ``tau = sqrt(turn - distance)``, in which the velocity has no root singularity; where a stop ends it
@@ -36,7 +36,7 @@ AGREED = 1e-11  # relative change of the integrals at which the nodes are not do
 
 @dataclass(frozen=True)
 class Orbits:
-    """Integrals over a conservative cycle, for each energy [J above the bottom].
+    """Integrals over a conservative cycle, for each energy [J above the minimum].
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Exchange(NamedTuple):
 
 
 def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
-    """What damping, friction and stops do along orbits."""
+    """Work of damping, friction and stops along orbits."""
     damped = oscillator.damping * along.area
     if oscillator.friction:
         damped = damped + 2 * oscillator.friction.kinetic * along.span
@@ -105,7 +105,7 @@ def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
 
 
 def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
-    """Restitution coefficients at approach velocities; NaN where a function gives none."""
+    """Restitution coefficients at approach velocities; NaN if a user's function returns none."""
     if not callable(law.restitution):
         return np.asarray(law.restitution)
     function = np.vectorize(getattr(law.restitution, "py_func", law.restitution), otypes=[float])
@@ -117,7 +117,7 @@ def _restitution(law: Any, approach: np.ndarray, impact: str) -> np.ndarray:
 def orbits(
     part: Conservative, energy: np.ndarray, coarse: bool = False, family: Family | None = None
 ) -> Orbits:
-    """The integrals, with nodes doubled until they agree; `coarse` takes the fewest."""
+    """The integrals, with nodes doubled until converged; `coarse` takes the fewest nodes."""
     family = family or families(part)
     pieces = pieces_of(part, family, energy)
     drag = _drag(part)
@@ -177,7 +177,7 @@ def pieces_of(part: Conservative, family: Family, energy: np.ndarray) -> list[Pi
 
 
 class Piece(NamedTuple):
-    """The way through a part of a side, for each energy.
+    """The path through one part of a side of a well, for each energy.
 
     Attributes
     ----------
@@ -205,11 +205,11 @@ class Piece(NamedTuple):
 
     @property
     def saddle(self) -> bool:
-        """Whether it leads up to a saddle."""
+        """Whether the path ends at a saddle."""
         return self.side.saddle and self.part is self.side.parts[-1]
 
     def nodes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances from the far end inwards, and their derivative by the points from 0 to 1."""
+        """Distances from the far end inwards, and their derivative by the points in (0, 1)."""
         distance, ahead = self.distance[:, None], self.ahead[:, None]
         if not self.saddle:
             first = np.sqrt(ahead)
@@ -227,7 +227,7 @@ class Piece(NamedTuple):
 
     @property
     def rough(self) -> bool:
-        """Whether a force begins or ends here with a root of the depth."""
+        """Whether a force here begins or ends as a root of the depth."""
         return any(contact.exponent % 1 != 0 for contact, *_ in self.contacts)
 
     def crowding(self) -> list[tuple[str, np.ndarray]]:
@@ -255,7 +255,7 @@ class Piece(NamedTuple):
         return self.side.sign * at, v, step
 
     def only(self, which: np.ndarray) -> Piece:
-        """The same for some of the energies."""
+        """Select some of the energies."""
         return self._replace(
             contacts=tuple(
                 (own, approach[which], met[which]) for own, approach, met in self.contacts
@@ -266,7 +266,7 @@ class Piece(NamedTuple):
         )
 
     def work(self, inwards: np.ndarray) -> np.ndarray:
-        """Work from the far end to distances from there, node by node.
+        """Work from the far end to given distances, node by node.
 
         Near a saddle it goes over so many powers of ten that the digits of a sum with signs are
         not enough.
@@ -288,7 +288,7 @@ def _piece(
     own: Part,
     energy: np.ndarray,
 ) -> Piece:
-    """The way through a part of a side of a well, for energies of the family."""
+    """The path through one part of a side of a well, for energies of a family."""
     energy = energy - ground
     comes = energy > own.base
     distance = np.where(comes, inside.turn_in(side, own, np.maximum(energy, own.base)), 0.0)
@@ -366,7 +366,7 @@ def _through(
     piece: Piece,
     rule: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> np.ndarray:
-    """The same of the way through one part, there and back."""
+    """The same integrals through one part, there and back."""
     weights = rule[1]
     found = np.zeros((6, len(piece.distance)))
     away, v, step = piece.course(mass, rule)
@@ -387,7 +387,7 @@ def _through(
 
 
 def _drag(part: Conservative) -> Callable[[np.ndarray, np.ndarray], np.ndarray] | None:
-    """The law's force on the way out less that on the way back: what does not, does no work."""
+    """Dissipative part of the law: its force on the way out minus that on the way back."""
     if part.law is None:
         return None
     law = on_arrays(part.law)
@@ -396,7 +396,7 @@ def _drag(part: Conservative) -> Callable[[np.ndarray, np.ndarray], np.ndarray] 
 
 @lru_cache(maxsize=16)
 def rule(nodes: int, crowded: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss and Legendre's points and weights on (0, 1), and integrals from 0 to each point.
+    """Gauss-Legendre points and weights on (0, 1), and integrals from 0 to each point.
 
     Points run from the far end inwards. Crowded at the start, which is 1, they are those of
     2 s - s^2 in place of s, and at both ends of 3 s^2 - 2 s^3, so that roots there are smooth.

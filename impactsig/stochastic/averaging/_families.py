@@ -1,4 +1,4 @@
-"""Families of orbits: those within a well, and those over several, above the saddles between them.
+"""Families of orbits: within one well, or over several wells above their saddles.
 
 Two saddles of the height at which an orbit passes both bound no family: it begins above them.
 """
@@ -19,7 +19,7 @@ SAME = 1e-9  # relative difference of saddles that count as equally high
 
 @dataclass(frozen=True)
 class Family:
-    """Orbits through the same wells.
+    """Orbits that pass through the same wells.
 
     Attributes
     ----------
@@ -47,13 +47,13 @@ class Family:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Between which displacements its wells lie, as far as these are known."""
+        """Displacements that bound its wells, as far as they are known."""
         (left, _), (_, right) = self.wells[0].sides, self.wells[-1].sides
         return self.wells[0].bottom - left.reach, self.wells[-1].bottom + right.reach
 
     @property
     def edge(self) -> float:
-        """Least energy at which an orbit leaves over an outer barrier with no well beyond."""
+        """Least energy at which an orbit escapes over an outer barrier."""
         outer = zip(
             (self.wells[0].sides[0], self.wells[-1].sides[1]),
             (self.grounds[0], self.grounds[-1]),
@@ -67,20 +67,20 @@ class Family:
         return min(open_ends, default=math.inf)
 
     def potential(self, x: np.ndarray) -> np.ndarray:
-        """Potential in the family's energies; infinite beyond its wells."""
+        """Potential on the family's energy scale; infinite beyond its wells."""
         found = np.full(x.shape, np.inf)
         for well, ground in zip(self.wells, self.grounds, strict=True):
             found = np.minimum(found, well.potential(x) + (ground - self.ground))
         return found
 
     def walk(self) -> list[Family]:
-        """All families that it is made of, itself first."""
+        """The family and all families below it."""
         return [self, *(each for child in self.children for each in child.walk())]
 
 
 @lru_cache(maxsize=16)
 def families(part: Conservative) -> Family:
-    """All orbits of an oscillator, as the tree that ends in its wells.
+    """All orbits of an oscillator, as a tree whose leaves are its wells.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def families(part: Conservative) -> Family:
 def _family(
     wells: tuple[Well, ...], grounds: tuple[float, ...], saddles: tuple[float, ...], head: float
 ) -> Family:
-    """The family of these wells, below a head."""
+    """The family of these wells up to an energy."""
     if len(wells) == 1:
         return Family(wells, grounds, grounds[0], 0.0, head - grounds[0], ())
     foot = max(saddles)

@@ -1,4 +1,4 @@
-"""Quadratures over velocities and displacements, between the energies of an averaged density."""
+"""Marginal densities by quadrature over velocity or displacement."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def places(density: Curve, inside: Well) -> tuple[np.ndarray, np.ndarray]:
 
 
 def displacement(density: Branches, mass: float, place: np.ndarray) -> np.ndarray:
-    """The marginal p(x) where there are several wells: at a saddle's energy the density bends."""
+    """The marginal p(x) for several wells, with a break at the energy of each saddle."""
     found = np.zeros(place.shape)
     for k, ground in enumerate(density.potential(place)):
         if ground < density.greatest:
@@ -43,7 +43,7 @@ def displacement(density: Branches, mass: float, place: np.ndarray) -> np.ndarra
 
 
 def velocity(density: Branches, mass: float, speed: np.ndarray) -> np.ndarray:
-    """The marginal p(v) where there are several wells."""
+    """The marginal p(v) for several wells."""
     found = np.zeros(speed.shape)
     root = density.root
     for k, kinetic in enumerate(mass * speed**2 / 2):
@@ -63,7 +63,7 @@ def velocity(density: Branches, mass: float, speed: np.ndarray) -> np.ndarray:
 
 
 def _energies(density: Branches, less: float) -> np.ndarray:
-    """From 0 on, what is left of energies between which the joint density varies little."""
+    """Energies between which the joint density varies little, minus an energy, from 0 on."""
     finest = [
         own.grid.edges[own.grid.edges <= own.greatest] + family.ground - less
         for family, own in zip(density.families, density.curves, strict=True)
@@ -80,6 +80,6 @@ def _energies(density: Branches, less: float) -> np.ndarray:
 
 
 def _gauss(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and weights of Gauss and Legendre's quadrature between all edges."""
+    """Gauss-Legendre points and weights between all edges."""
     width = np.diff(edges)[:, None]
     return (edges[:-1, None] + width * (POINTS + 1) / 2).ravel(), (width * WEIGHTS / 2).ravel()

@@ -1,4 +1,4 @@
-"""Functions of the energy by Chebyshev panels, graded towards the bottom and where stops begin.
+"""Functions of the energy on Chebyshev panels, graded towards the minimum and where stops begin.
 
 Below the energy at which the first stop is met, a panel is even in the logarithm of the energy:
 powers of any exponent, as wells and forces at their bottoms have, are entire there. Above, it is
@@ -27,7 +27,7 @@ HALVINGS = 52  # of a panel
 
 @dataclass(frozen=True)
 class Panels:
-    """Where the panels are: panel k holds ``origin[k] + sign[k] g(z)``, z from start[k] to end[k].
+    """The panels: panel k holds ``origin[k] + sign[k] g(z)``, z from start[k] to end[k].
 
     g is exp where `logarithmic`, and the square elsewhere; the sign is -1 below a saddle.
     """
@@ -69,7 +69,7 @@ class Panels:
         )
 
     def locate(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Panel of each energy, and where in it from -1 to 1."""
+        """Panel of each energy, and the position in it from -1 to 1."""
         panel = np.clip(np.searchsorted(self.edges, energy, side="right") - 1, 0, len(self.end) - 1)
         above = np.maximum(self.sign[panel] * (energy - self.origin[panel]), 0.0)
         logarithmic = self.logarithmic[panel]
@@ -85,7 +85,7 @@ def panels(
     foot: float = 0.0,
     head: float = math.inf,
 ) -> Panels:
-    """Panels from the least to the greatest energy, with the energies between that begin anew.
+    """Panels from the least to the greatest energy, with breaks between.
 
     To each of these belongs an energy above it, over which functions change that change fastest.
     The first panels are even in the logarithm of the energy above the foot, a bottom or a saddle,
@@ -122,7 +122,7 @@ def fitted(values: np.ndarray) -> np.ndarray:
 
 
 def integrated(coefficients: np.ndarray, start: float) -> np.ndarray:
-    """Coefficients of the integral by u through all panels, one degree higher."""
+    """Coefficients of the integral over u through all panels, one degree higher."""
     whole = chebyshev.chebint(coefficients, lbnd=-1, axis=1)
     ends = whole.sum(axis=1)
     whole[:, 0] += start + np.concatenate([[0.0], np.cumsum(ends)[:-1]])
@@ -130,7 +130,7 @@ def integrated(coefficients: np.ndarray, start: float) -> np.ndarray:
 
 
 def evaluate(coefficients: np.ndarray, panel: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """The function at u of the panels, by Clenshaw's recurrence."""
+    """Evaluate at u in the panels, by Clenshaw's recurrence."""
     own = coefficients.T
     later = later_still = np.zeros(u.shape)
     for k in range(len(own) - 1, 0, -1):
@@ -139,7 +139,7 @@ def evaluate(coefficients: np.ndarray, panel: np.ndarray, u: np.ndarray) -> np.n
 
 
 def roots(coefficients: np.ndarray) -> list[tuple[int, float]]:
-    """Panels and places of all roots, in order; panels that can hold none are not searched."""
+    """Panels and positions of all roots, in order; panels without a root are skipped."""
     found = []
     bound = np.abs(coefficients[:, 1:]).sum(axis=1)
     for k in np.flatnonzero((np.abs(coefficients[:, 0]) <= bound) & (bound > 0)):
@@ -153,7 +153,7 @@ def roots(coefficients: np.ndarray) -> list[tuple[int, float]]:
 def mesh(
     grid: Panels, exponent: Callable[[np.ndarray, np.ndarray], np.ndarray], floor: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Pieces of the panels in which the exponent hardly varies, without those below the floor.
+    """Pieces of the panels in which the exponent hardly varies, above a floor.
 
     Returns
     -------

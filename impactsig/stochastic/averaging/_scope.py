@@ -1,4 +1,4 @@
-"""What can be averaged, and over which energies."""
+"""Conditions for averaging, and the range of energies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LATER = (0.731, 12.9)  # times at which a law must be what it is at 0
 
 
 def check(oscillator: Oscillator, impact: str) -> None:
-    """Refuse what cannot be averaged.
+    """Refuse an oscillator that averaging does not apply to.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _fed_ladder(part: Conservative, which: int, band: Band) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def ladder(part: Conservative, which: int) -> Orbits:
-    """Orbits of all energies of a family, roughly."""
+    """Orbits over all energies of a family, coarsely."""
     family = families(part).walk()[which]
     if family.children:
         first = SADDLE * family.foot
@@ -135,7 +135,7 @@ def ladder(part: Conservative, which: int) -> Orbits:
 
 
 def rates(oscillator: Oscillator, which: int, impact: str) -> tuple[np.ndarray, ...]:
-    """Energies of a family's ladder, derivatives of the exponent by their logarithm, the exponent.
+    """Energies of a family's ladder, and the exponent with its derivative by ln(energy).
 
     The logarithm is that of the energy above the bottom, or above the saddle where it begins.
     """
@@ -156,7 +156,7 @@ def rates(oscillator: Oscillator, which: int, impact: str) -> tuple[np.ndarray, 
 
 
 def least_of(energy: np.ndarray, rate: np.ndarray, greatest: float) -> float:
-    """Energy below which the density is that of the bottom of a well."""
+    """Energy below which the density is that at the minimum of a well."""
     energy = energy[: len(rate)]
     changes = np.flatnonzero(np.abs(rate) > LITTLE)
     # An extremum is an extremum however little the density differs there from that of the bottom.
@@ -169,7 +169,7 @@ def least_of(energy: np.ndarray, rate: np.ndarray, greatest: float) -> float:
 def greatest_of(
     oscillator: Oscillator, energy: np.ndarray, rate: np.ndarray, exponent: np.ndarray, most: float
 ) -> float:
-    """Energy from where on there is no density, given the exponent's greatest among lower ones.
+    """Energy beyond which the density is negligible.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def greatest_of(
 
 
 def _unconfined(oscillator: Oscillator, root: Family, unknown: float) -> NoReturn:
-    """Say why no energy holds the density, the last of which nothing is known given."""
+    """Raise the error for a density that no energy confines."""
     if math.isfinite(unknown) and any(callable(stop.law.restitution) for stop in oscillator.stops):  # type: ignore[union-attr]
         raise InvalidInput(
             "restitution", f"none at energies above {unknown:.3g}",

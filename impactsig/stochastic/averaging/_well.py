@@ -1,4 +1,4 @@
-"""The well in which an oscillator swings: its bottom, its potential, where a motion turns."""
+"""Potential wells of an oscillator: minimum, potential, and turning points."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEWTON = 60
 
 
 class Conservative(NamedTuple):
-    """What the conservative motion of an oscillator depends on, and nothing else."""
+    """The parameters that the conservative motion depends on."""
 
     mass: float
     stiffness: float
@@ -36,7 +36,7 @@ class Conservative(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A piece of a side, from where a soft stop is touched or left, or the bottom, to the next.
+    """A piece of a side of a well, between points where a soft stop is touched or left.
 
     Its potential is tabled at octaves of the distance from its start, from 0 on, where it is 0 and
     that above the bottom is `base`.
@@ -49,12 +49,12 @@ class Part(NamedTuple):
 
     @property
     def end(self) -> float:
-        """Distance from the bottom where it ends."""
+        """Distance of its end from the minimum."""
         return self.start + float(self.distance[-1])
 
     @property
     def top(self) -> float:
-        """Potential above the bottom where it ends."""
+        """Potential at its end, above the minimum."""
         return self.base + float(self.potential[-1])
 
 
@@ -88,18 +88,18 @@ class Side:
 
 @dataclass(frozen=True)
 class Well:
-    """What an oscillator's energy is measured from, and the forces as functions of arrays."""
+    """A potential well, with its forces as functions of arrays."""
 
     bottom: float
     sides: tuple[Side, Side]
     push: Callable[[np.ndarray], np.ndarray] = field(repr=False)
 
     def pull(self, side: Side, distance: np.ndarray) -> np.ndarray:
-        """The force back to the bottom, at least 0 within a well."""
+        """Restoring force, at least 0 within a well."""
         return -side.sign * self.push(self.bottom + side.sign * distance)
 
     def turn(self, side: Side, energy: np.ndarray) -> np.ndarray:
-        """Distance at which a motion of that energy turns; that of the stop where it hits."""
+        """Turning point of a motion of an energy; the stop if it hits."""
         found = self.turn_in(side, side.parts[0], energy)
         for part in side.parts[1:]:
             beyond = energy > part.base
@@ -107,7 +107,7 @@ class Well:
         return found
 
     def turn_in(self, side: Side, part: Part, energy: np.ndarray) -> np.ndarray:
-        """The same from the start of a part, for energies that get there."""
+        """Turning point from the start of a part, for energies that get there."""
         above = energy - part.base
         cell, start, end = _cell(part.potential, part.distance, above)
         base = part.potential[cell]
@@ -133,7 +133,7 @@ class Well:
         return np.where(above >= part.potential[-1], part.distance[-1], where)
 
     def potential(self, x: np.ndarray) -> np.ndarray:
-        """Potential above the bottom [J]; infinite beyond the stops and where none is known."""
+        """Potential above the minimum [J]; infinite beyond the stops and where unknown."""
         found = np.zeros(x.shape)
         for side in self.sides:
             own = side.sign * (x - self.bottom) > 0
@@ -154,7 +154,7 @@ class Well:
         return found
 
     def _work(self, side: Side, origin: float, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Work against the pull from one distance from an origin to another, within an octave."""
+        """Work against the restoring force between two distances within an octave."""
         at = start[:, None] + (end - start)[:, None] * POINTS
         return (end - start) * (self.pull(side, origin + at) @ WEIGHTS)
 
@@ -162,13 +162,13 @@ class Well:
 def _cell(
     along: np.ndarray, other: np.ndarray, value: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """In which cell of `along` the values lie, with `other` at its ends."""
+    """Index of the cell of `along` that contains each value, with `other` at its ends."""
     cell = np.clip(np.searchsorted(along, value, side="right") - 1, 0, max(len(along) - 2, 0))
     return cell, other[cell], other[np.minimum(cell + 1, len(along) - 1)]
 
 
 def conservative(oscillator: Oscillator) -> Conservative:
-    """That part of an oscillator; rigid stops are infinitely far where there is none."""
+    """The conservative part of an oscillator; absent rigid stops are at infinity."""
     rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
     walls = {stop.side: stop.position for stop in rigid}
     law = oscillator.law
@@ -221,7 +221,7 @@ def _side(
     stop: bool,
     saddle: bool,
 ) -> Side:
-    """A side of a well, tabled as far as the potential is known."""
+    """A side of a well, tabulated as far as the potential is known."""
     # Pressed against a stop, the mass feels a force there that no rounding can hide.
     shortest = 0.0 if bottom in (part.lower, part.upper) else SHORTEST * abs(bottom)
     reach = abs(end - bottom)
@@ -247,7 +247,7 @@ def _side(
 
 
 def _push(part: Conservative) -> Callable[[np.ndarray], np.ndarray]:
-    """The force of springs, load and law on a mass that stands, over arrays of displacements."""
+    """Static force of spring, load and law, over arrays of displacements."""
     law = None if part.law is None else on_arrays(part.law)
 
     def push(x: np.ndarray) -> np.ndarray:
@@ -262,7 +262,7 @@ def _push(part: Conservative) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def on_arrays(law: Callable[..., Any]) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
-    """A law of numbers as one of arrays; where it raises it is NaN.
+    """A user's law as a function of arrays; NaN where it raises.
 
     Called with arrays if its arithmetic takes them: what branches on a number, or uses `math`,
     raises then, and is called point by point.
@@ -291,7 +291,7 @@ def on_arrays(law: Callable[..., Any]) -> Callable[[float, np.ndarray, np.ndarra
 
 
 def _octaves(shortest: float, reach: float) -> np.ndarray:
-    """0, and distances from the shortest on, each twice the last, up to the reach."""
+    """Distances from 0 and the shortest on, each doubled, up to the reach."""
     if reach == 0:
         return np.zeros(1)
     if math.isfinite(reach):
@@ -305,7 +305,7 @@ def _octaves(shortest: float, reach: float) -> np.ndarray:
 def _equilibria(
     part: Conservative, push: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[list[float], list[float]]:
-    """Where the mass can rest, and the barriers.
+    """Stable equilibria and the barriers between them.
 
     Raises
     ------
@@ -354,7 +354,7 @@ def _equilibria(
 
 
 def _zero(push: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sign: np.ndarray) -> float:
-    """Where the force changes sign between the ends of these points."""
+    """Position at which the force changes sign between these points."""
     from scipy.optimize import brentq
 
     flat = x[sign == 0]

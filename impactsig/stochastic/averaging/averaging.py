@@ -92,7 +92,7 @@ class AveragedDensity(Shown):
 
     @property
     def holds(self) -> bool:
-        """Whether averaging may be relied on, to about 1 % of the mean energy.
+        """Whether averaging is accurate, to about 1 % of the mean energy.
 
         That is taken to be so where `exchange` is at most 0.5, or with one of the other impact
         terms 0.1, and `memory` at most 0.02: what is exchanged in a correlation time makes the mean
@@ -133,7 +133,7 @@ class AveragedDensity(Shown):
 
     @cached_property
     def shape(self) -> DensityShape:
-        """Extrema of the joint density: where a cycle gains from damping what impacts take.
+        """Shape of the joint density, from its extrema.
 
         They are roots of the energy balance of a cycle without noise, so they do not depend on
         its intensity.
@@ -208,11 +208,11 @@ class AveragedDensity(Shown):
         )
 
     def potential(self, x: Any) -> np.ndarray:
-        """Potential above the bottom of the well, the lowest; infinite beyond the stops."""
+        """Potential energy above its minimum; infinite beyond the stops."""
         return _over(self._density.potential, _reals("x", x))
 
     def reach(self, energy: float) -> tuple[float, float]:
-        """Between which displacements a motion of that energy stays.
+        """Least and greatest displacement of a motion of that energy.
 
         Raises
         ------
@@ -414,5 +414,5 @@ def _reals(name: str, given: Any) -> np.ndarray:
 
 
 def _over(function: Callable[[np.ndarray], np.ndarray], values: np.ndarray) -> np.ndarray:
-    """A function of a row of numbers, for arrays of any shape."""
+    """Apply a function of a one-dimensional array to arrays of any shape."""
     return np.asarray(function(values.ravel())).reshape(values.shape)

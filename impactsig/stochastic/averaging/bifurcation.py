@@ -1,4 +1,4 @@
-"""P-bifurcation: how the shape of an averaged joint density changes with a parameter."""
+"""P-bifurcation: changes of the shape of an averaged joint density with a parameter."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST = 64  # transitions between two neighbouring values
 
 @dataclass(frozen=True)
 class Transition:
-    """Where the class of a density changes.
+    """A parameter value at which the class of the density changes.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def p_bifurcation(
     least: float = 0.0,
     tolerance: float = 1e-10,
 ) -> PBifurcation:
-    """How the shape of an averaged joint density changes with a parameter [Arnold1998]_.
+    """P-bifurcations: changes in the shape of an averaged joint density [Arnold1998]_.
 
     The joint density p(x, v) is a function of the energy whose extrema are the bottom of the well
     and the orbits on which a cycle gains from the damping what it loses at the stops
@@ -179,7 +179,7 @@ def p_bifurcation(
 def _change(
     kind: Callable[[float], str], low: float, high: float, here: str, resolved: float
 ) -> tuple[float, float, str]:
-    """Between which two values the class ceases to be what it is at the low one; what follows."""
+    """Bracket the parameter at which the class changes; returns the next class too."""
     after = ""
     while high - low > resolved and low < (middle := (low + high) / 2) < high:
         seen = kind(middle)

@@ -1,4 +1,4 @@
-"""What a joint density looks like: its peaks, hollows and ridges, from its extrema."""
+"""Shape of a joint density: peaks, craters and ridges, from its extrema."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...errors import InvalidInput
 
 @dataclass(frozen=True)
 class DensityShape(Shown):
-    """The extrema of a joint density of displacement and velocity that averaging gives.
+    """The extrema of an averaged joint density of displacement and velocity.
 
     Such a density is a function of the energy alone. Over the plane its extrema are therefore the
     bottom of the well and whole orbits: a *ridge* is an orbit on which the density is greatest, a
@@ -57,7 +57,7 @@ class DensityShape(Shown):
 
     @property
     def ridges(self) -> int:
-        """How many orbits the density is greatest on."""
+        """Number of orbits on which the density is greatest."""
         return int(self.maximum[1:].sum())
 
     @property
@@ -73,7 +73,7 @@ class DensityShape(Shown):
         return f"{rim} with peak" if self.centre else rim
 
     def peaks(self, section: Literal["velocity", "displacement"] = "velocity") -> int:
-        """How many peaks a cut of the joint density through the bottom of the well shows.
+        """Number of peaks in a cut of the joint density through the bottom of the well.
 
         Along the velocity, at the displacement of the bottom, a ridge is cut twice: a peak has one,
         a crater two, a crater with peak three. These are the words "one", "two" and "three peaks"
@@ -101,7 +101,7 @@ class DensityShape(Shown):
         return count
 
     def visible(self, least: float) -> DensityShape:
-        """The shape without the peaks lower than the share `least` of the highest.
+        """The shape without peaks that are lower than the share `least` of the highest.
 
         With a peak goes the higher of the minima beside it; a bottom whose peak goes is a minimum.
 

@@ -1,1 +1,1 @@
-"""Paths of stochastic differential equations: steps, random numbers, stops."""
+"""Integrators of stochastic paths: steps, random numbers, stops."""

@@ -1,4 +1,4 @@
-"""The exact Gaussian transition of a linear oscillator, and bridges where it may have hit a stop.
+"""Exact Gaussian transition of a linear oscillator, with bridges where it may hit a stop.
 
 Without stops, position and velocity after a step are normal, with mean and covariance in closed
 form. Between the ends of a step the position is a bridge of an integrated process, which is smooth:
@@ -27,7 +27,7 @@ WORK = 4096  # bridges in a step, after which halves are halved no more
 
 
 class Transition(NamedTuple):
-    """What a step and its halves do, by level: 0 is the step."""
+    """Propagators and covariances of a step and its halvings; level 0 is the step."""
 
     length: np.ndarray  # shape (LEVELS + 1,)
     flow: np.ndarray  # shape (LEVELS + 1, 2, 2): answer to a state
@@ -53,7 +53,7 @@ def forced_at(waves, t):
 
 @inlined
 def certain(p, w, level, q, v, q1, v1):
-    """Whether a path between these ends cannot have met a rigid stop.
+    """Whether a path between these ends certainly misses the rigid stops.
 
     The cubic through both ends lies between the least and the greatest of its Bernstein points.
     """
@@ -68,7 +68,7 @@ def certain(p, w, level, q, v, q1, v1):
 
 @inner
 def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
-    """State after a step that goes from uq, uv to uq1, uv1 if it meets no stop; of free motion."""
+    """State after a step that would end at uq1, uv1 without stops; of the free motion."""
     stack, pair = r.stack, r.pair
     dq, dv = 0.0, 0.0  # what impacts have added to the free path
     t, number, held = step * p.step, 0, 1
@@ -124,13 +124,13 @@ def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
 
 
 def scratch(lanes: int) -> Numbers:
-    """Room for the numbers of so many paths."""
+    """Allocate work arrays for so many paths."""
     return numbers(lanes, 2 * BLOCK)
 
 
 @kernel
 def begin(p, f, key, path, given, state, count, events):
-    """Nothing: the state is that at t = 0."""
+    """Does nothing: the state is that at t = 0."""
 
 
 @kernel

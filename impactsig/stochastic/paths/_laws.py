@@ -1,4 +1,4 @@
-"""A user's law for many paths at once, so that calling it costs little and it may be vectorised."""
+"""A user's law evaluated for many paths in one call."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SIGNATURE = f"void(float64, {ROW}, {ROW}, {ROW})"
 
 @_compiled.cfunc(SIGNATURE)
 def no_laws(t, x, v, out):
-    """Nothing, where a kernel wants a law."""
+    """Zero: placeholder for a law that the oscillator does not have."""
 
 
 @lru_cache(maxsize=256)
 def over_paths(law: Callable[[float, float, float], float]) -> Any:
-    """The law of a path, one that compiles, as a C function of many; NaN where it raises."""
+    """A compiled law as a C function of many paths; NaN where it raises."""
     inner = njit(plain(law))
 
     @cfunc(SIGNATURE)

@@ -1,4 +1,4 @@
-"""Normal numbers from a counter: the same for the same key and counter, whoever asks, and when.
+"""Counter-based normal random numbers: a function of key and counter alone.
 
 The generator is Philox4x32-10 [SalmonEtAl2011]_, the transformation Box and Muller's
 [BoxMuller1958]_ with 53 bits for the radius, which reaches 8.6 standard deviations, and 53 for the
@@ -28,7 +28,7 @@ MANTISSA = 0x000FFFFFFFFFFFFF
 
 
 class Room(NamedTuple):
-    """Room for the numbers on their way."""
+    """Work arrays for random numbers."""
 
     radius: np.ndarray  # uint64
     angle: np.ndarray  # uint64
@@ -39,20 +39,20 @@ class Room(NamedTuple):
 
 
 def room(size: int) -> Room:
-    """Room for `size` normal numbers, an even number."""
+    """Allocate for `size` normal numbers, an even number."""
     real, words = np.empty(size // 2), np.empty((2, size // 2), np.uint64)
     return Room(words[0], words[1], real, real.view(np.uint64), np.empty(2), np.empty((32, 3)))
 
 
 class Numbers(NamedTuple):
-    """Normal numbers of a group of paths, and room for them on their way."""
+    """Normal numbers of a group of paths, with work arrays."""
 
     room: Room
     normal: np.ndarray  # shape (lanes, size)
 
 
 def numbers(lanes: int, size: int) -> Numbers:
-    """Room for `size` normal numbers, an even number, of each of so many paths."""
+    """Allocate for `size` normal numbers of each of so many paths; `size` is even."""
     return Numbers(room(size), np.empty((lanes, size)))
 
 
@@ -72,7 +72,7 @@ def answer(key, x0, x1, x2, x3):
 
 @inlined
 def mix(key, c1, c3, left, right):
-    """Answers to the counters (left[i], c1, right[i], c3), in their place."""
+    """Philox outputs of the counters (left[i], c1, right[i], c3), in place."""
     for i in range(len(left)):
         left[i], right[i] = answer(key, left[i], np.uint64(c1), right[i], np.uint64(c3))
 
@@ -101,7 +101,7 @@ def philox_all(key, first, paths, c3, left, right):
 
 @inlined
 def uniform(word):
-    """The number in (0, 1) in a word's 53 highest bits."""
+    """Uniform number in (0, 1) from the 53 highest bits of a word."""
     return (np.float64(np.int64(word >> np.uint64(11))) + 0.5) * 2.0**-53
 
 
@@ -127,7 +127,7 @@ def logarithm(power, mantissa):
 
 @inlined
 def direction(word):
-    """Cosine and sine of an angle: 53 bits of a word within an eighth of a turn, 3 for which."""
+    """Cosine and sine of a random angle: 53 bits within an octant, 3 bits for the octant."""
     t = uniform(word) * PI_4
     z = t * t
     s = t + t * z * (
@@ -174,7 +174,7 @@ def direction(word):
 
 @kernel
 def logarithms(words, real, bits):
-    """-2 log U for the uniform number U of each word, left in `real`; the words are overwritten.
+    """-2 log U for the uniform number U of each word, written to `real`; overwrites the words.
 
     One loop for each kind of operation: together they are not compiled to vector instructions.
     """
@@ -205,7 +205,7 @@ def normals(r, cosine, sine):
 
 @kernel
 def draw(r, key, path, block, out):
-    """Fill `out` with the normal numbers of that block of a path's random force."""
+    """Fill `out` with the normal numbers of a block of a path's random force."""
     half = len(out) // 2
     first = np.uint64(block) * np.uint64(half)
     philox(key, first, first >> np.uint64(32), path, FORCE, r.radius, r.angle)
@@ -214,7 +214,7 @@ def draw(r, key, path, block, out):
 
 @kernel
 def draw_all(r, key, paths, block, out):
-    """Fill `out`, shape (steps, lanes), with those of many paths; `r` has room for all of them."""
+    """Fill `out`, shape (steps, lanes), with the normal numbers of many paths."""
     half = len(out) // 2
     philox_all(key, np.uint64(block) * np.uint64(half), paths, FORCE, r.radius, r.angle)
     flat = out.reshape(out.size)
@@ -223,7 +223,7 @@ def draw_all(r, key, paths, block, out):
 
 @kernel
 def draw_across(r, key, paths, block, out):
-    """The same of a second force, which the first is turned into where the noise oscillates."""
+    """The same for the second component of an oscillating noise."""
     half = len(out) // 2
     philox_all(key, np.uint64(block) * np.uint64(half), paths, ACROSS, r.radius, r.angle)
     flat = out.reshape(out.size)
@@ -232,7 +232,7 @@ def draw_across(r, key, paths, block, out):
 
 @kernel
 def draw_coins(r, key, paths, block, out):
-    """Fill `out`, shape (steps, lanes), with numbers for friction: -2 log U, negative by chance.
+    """Fill `out`, shape (steps, lanes), with numbers for friction: -2 log U with a random sign.
 
     A number takes 32 bits: one for the sign, and 31 for U.
     """
@@ -253,7 +253,7 @@ def draw_coins(r, key, paths, block, out):
 
 @kernel
 def draw_pair(r, key, path, step, number, out):
-    """Fill `out` with the two normal numbers of that number within a step, for a bridge."""
+    """Fill `out` with a numbered pair of normal numbers within a step, for a bridge."""
     step, number = np.uint64(step), np.uint64(number)
     high = (step >> np.uint64(32)) << np.uint64(20) | number
     left, right = answer(key, step & np.uint64(LOW), high, np.uint64(path), np.uint64(BRIDGE))

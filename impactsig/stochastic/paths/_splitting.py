@@ -1,4 +1,4 @@
-"""A step split into what can be solved exactly: flight with impacts, and a kick.
+"""Splitting integrator: flights with impacts, and kicks by all other forces.
 
 Half a kick, a flight, half a kick [Strang1968]_: the halves of successive steps are one kick, so
 the state between calls is that after a kick, at the end of its step. Within the kick, noise and
@@ -36,7 +36,7 @@ BOUNCES = 64  # impacts in one flight, beyond which the mass is left at the stop
 
 
 class Lanes(NamedTuple):
-    """A group's random numbers and what its paths have on the way through a step."""
+    """Random numbers of a group, and work arrays within a step."""
 
     room: Room
     normal: np.ndarray  # shape (BLOCK, lanes), step by step
@@ -54,14 +54,14 @@ class Lanes(NamedTuple):
 
 
 def scratch(lanes: int) -> Lanes:
-    """Room for the numbers of so many paths."""
+    """Allocate work arrays for so many paths."""
     numbers = np.zeros((2, BLOCK, lanes))
     return Lanes(room(BLOCK * lanes), *numbers, *np.zeros((10, lanes)))
 
 
 @inlined
 def bounce(p, f, state, count, events, lane, t, end):
-    """Ends of a flight that would end beyond a rigid stop, with its impacts, under the force there.
+    """End a flight that would cross a rigid stop, with its impacts, under constant force.
 
     Flown straight, an impact would come with the velocity of the middle of the step, whenever it
     comes, and be off by the first order. As the force does not depend on the state, the map keeps
@@ -101,7 +101,7 @@ def bounce(p, f, state, count, events, lane, t, end):
 
 @inlined
 def fly(p, f, state, w, count, events, t):
-    """Flights from kick to kick, with their impacts and touches."""
+    """Flights from kick to kick, with impacts and touches."""
     q, v = state[Q], state[V]
     lanes, beyond = len(q), 0
     for lane in range(lanes):
@@ -120,7 +120,7 @@ def fly(p, f, state, w, count, events, t):
 
 @inlined
 def accelerate_all(p, f, push, t, at, moving, state, w, v, a):
-    """Accelerations but for damping, friction and white noise, with the velocities v."""
+    """Accelerations without damping, friction and white noise, at velocities v."""
     lanes = len(a)
     if p.forced:
         share = 1 / p.mass
@@ -142,7 +142,7 @@ def accelerate_all(p, f, push, t, at, moving, state, w, v, a):
 
 @inlined
 def rub_shaken(v, loss, spread, noise, coin):
-    """Velocity after a step of v' = -f sgn v + white noise [CaugheyDienes1961]_, as distributed.
+    """Sample of v' = -f sgn v + white noise after a step [CaugheyDienes1961]_.
 
     While v does not pass 0 it loses `loss` = f h of its size. The size is a Brownian motion with
     drift that is reflected at 0, of which the least value between both ends is known; once it has
@@ -164,7 +164,7 @@ def rub_shaken(v, loss, spread, noise, coin):
 
 @inlined
 def look(p, w, at, moving, later, seen):
-    """Positions and velocities in the middle of a kick, against the ground.
+    """Positions and velocities in the middle of a kick, relative to the ground.
 
     What noise and drag do to the velocity is seen half before, half after them, in turn. The
     position is corrected for that of the discrete motion: of a linear oscillator the positions
@@ -186,7 +186,7 @@ def look(p, w, at, moving, later, seen):
 
 @kernel
 def begin(p, f, key, path, w, state, count, events):
-    """From states at t = 0 to those after the kick there, half a kick."""
+    """Half a kick, from the states at t = 0."""
     h = 0.5 * p.step
     push = push_at(p, 0.0)
     at, moving = ground_at(p, 0.0)
@@ -213,7 +213,7 @@ def begin(p, f, key, path, w, state, count, events):
 
 @kernel
 def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen, events):
-    """Steps `first` to `last` with given random numbers, a row each; looks so far."""
+    """Steps `first` to `last` with given random numbers, a row each; returns samples so far."""
     h, lanes = p.step, state.shape[1]
     q, v, force, across = state[Q], state[V], state[F], state[ACROSS]
     decay, root = math.exp(-p.damping * h), math.exp(-0.5 * p.damping * h)
@@ -286,7 +286,7 @@ def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen
 
 @kernel
 def move(p, f, key, path, w, state, count, first, last, every, seen, events):
-    """Move a group of paths from step `first` to step `last`, and note what is seen.
+    """Advance a group of paths from step `first` to step `last`, and store samples.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Runge and Kutta's classical method, the random force held constant over each step.
+"""Classical Runge-Kutta method with the random force constant over each step.
 
 Either a step that ends beyond a rigid stop is cut where it gets there, and goes on from the
 rebound; or the motion is unfolded as Zhuravlev does [Zhuravlev1976]_: the position is that of the
@@ -31,20 +31,20 @@ CORRECTIONS = 8
 
 @inner
 def drive_at(p, t):
-    """What depends on time alone: time, force, and where the stops stand and go."""
+    """Terms that depend on time alone: force, and motion of the stops."""
     at, moving = ground_at(p, t)
     return t, push_at(p, t), at, moving
 
 
 @inner
 def wall_of(p):
-    """The rigid stop that the motion is unfolded about."""
+    """The rigid stop about which the motion is unfolded."""
     return p.low if p.fold > 0 else p.high
 
 
 @inner
 def folded(p, y, u):
-    """Position and velocity, of coordinates that may be unfolded."""
+    """Position and velocity from coordinates that may be unfolded."""
     if p.fold == 0.0:
         return y, u
     sign = p.fold if y >= 0 else -p.fold
@@ -68,7 +68,7 @@ def rate(p, law, drive, state, lane, y, u, noise):
 
 @inner
 def stride(p, law, start, middle, end, state, lane, y, u, h, noise, later):
-    """One step of the classical method, while the noise goes from one value to another."""
+    """One classical step while the noise changes from one value to another."""
     k1 = rate(p, law, start, state, lane, y, u, noise)
     between = 0.5 * (noise + later)
     v2 = u + 0.5 * h * k1
@@ -140,7 +140,7 @@ def land(p, f, key, path, r, state, count, events, lane, step, q, v, q1, v1, noi
 
 @inner
 def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
-    """What an impact leaves of a step through y = 0: the velocity there, times 1 - r, is lost."""
+    """Effect of an impact on a step through y = 0 in unfolded coordinates."""
     h = p.step
     share = y / (y - y1)
     for _ in range(CORRECTIONS):  # Newton's method on the cubic through both ends
@@ -163,13 +163,13 @@ def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
 
 
 def scratch(lanes: int) -> Numbers:
-    """Room for the numbers of so many paths."""
+    """Allocate work arrays for so many paths."""
     return numbers(lanes, BLOCK)
 
 
 @kernel
 def begin(p, f, key, path, given, state, count, events):
-    """From positions to coordinates."""
+    """Convert positions to unfolded coordinates."""
     if p.fold != 0.0:
         for lane in range(state.shape[1]):
             state[Q, lane] = p.fold * (state[Q, lane] - wall_of(p))

@@ -1,4 +1,4 @@
-"""What is kept of states that are seen: counts, sums, and no state."""
+"""Accumulate counts and sums over sampled states, which are not stored."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIMPSON = 32  # parts of an integral of the law beyond its table
 
 
 class Potential(NamedTuple):
-    """Potential energy per mass: of spring, load and law at every displacement."""
+    """Potential energy per mass of spring, load and law."""
 
     kappa: float
     constant: float
@@ -29,7 +29,7 @@ class Potential(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """Counts of one group of paths, and sums of all of its paths."""
+    """Counts of one group of paths, and sums for each of its paths."""
 
     edges: np.ndarray  # shape (3, 2): least value and cells per unit, of energy, x and v
     energy: np.ndarray  # int32, shape (lanes, n)
@@ -43,7 +43,7 @@ class Kept(NamedTuple):
 
 @kernel
 def forces(law, x, out):
-    """The law's force on a mass at rest at t = 0."""
+    """Static force of the law at t = 0."""
     for i in range(len(x)):
         out[i] = law(0.0, x[i], 0.0)
 
@@ -74,7 +74,7 @@ def potential_at(u, law, x):
 
 @inner
 def contact_energy(p, q):
-    """Energy of the soft stops' springs, per mass."""
+    """Elastic energy of the soft stops, per mass."""
     energy = 0.0
     for k in range(len(p.soft)):
         depth = p.soft[k, SIDE] * (q - p.soft[k, PLACE])
@@ -86,7 +86,7 @@ def contact_energy(p, q):
 
 @kernel
 def energies(p, u, law, seen, first, apart, out):
-    """Energy of every state seen, in the oscillator's units, the first of each path at `first`."""
+    """Energy of every sampled state, in the oscillator's units."""
     for lane in range(seen.shape[0]):
         for i in range(seen.shape[1]):
             x, v = seen[lane, i, 0], seen[lane, i, 1]
@@ -99,14 +99,14 @@ def energies(p, u, law, seen, first, apart, out):
 
 @inner
 def cell(value, edges, size):
-    """Which cell a value is in; -1 for none."""
+    """Index of the histogram cell of a value; -1 if outside."""
     place = (value - edges[0]) * edges[1]
     return int(place) if 0 <= place < size else -1
 
 
 @kernel
 def keep(kept, seen, energy, total):
-    """Count and add what was seen, of `total` looks a path."""
+    """Add sampled states to counts and sums; each path has `total` samples."""
     slices, coarse = kept.course.shape[1], kept.joint.shape[1]
     share = coarse / kept.x.shape[1]
     for lane in range(seen.shape[0]):
@@ -145,7 +145,7 @@ def keep(kept, seen, energy, total):
 
 @kernel
 def local_rates(law, t, x, v, dx, dv, mass):
-    """Greatest rates of the law where a motion was: root of its slope over x, slope over v."""
+    """Greatest rates of the law along a motion: root of its slope in x, and slope in v."""
     stiff, drag = 0.0, 0.0
     for i in range(len(x)):
         over_x = law(t[i], x[i] + dx, v[i]) - law(t[i], x[i] - dx, v[i])

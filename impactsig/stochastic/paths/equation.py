@@ -40,7 +40,7 @@ BLOCK = 64  # steps whose random numbers are drawn together
 
 
 class Problem(NamedTuple):
-    """An oscillator and a step."""
+    """Parameters of an oscillator, per mass, and of the step."""
 
     step: float
     kappa: float
@@ -81,7 +81,7 @@ class Functions(NamedTuple):
 
 @inner
 def push_at(p, t):
-    """Force per mass that depends on time alone."""
+    """Part of the force per mass that depends on time alone."""
     push = p.constant
     for j in range(len(p.waves)):
         push += p.waves[j, 1] * math.cos(p.waves[j, 0] * t + p.waves[j, 2])
@@ -90,7 +90,7 @@ def push_at(p, t):
 
 @inner
 def ground_at(p, t):
-    """Position and velocity of what the stops stand on."""
+    """Position and velocity of the base of the stops."""
     if p.base_amplitude == 0.0:
         return 0.0, 0.0
     angle = p.base_frequency * t + p.base_angle
@@ -122,7 +122,7 @@ def contact_force(p, state, lane, q, v):
 
 @inlined
 def accelerate(p, law, push, t, at, moving, state, lane, q, v):
-    """Acceleration but for damping, friction and noise."""
+    """Acceleration without damping, friction and noise."""
     a = push - p.kappa * q
     if len(p.soft) > 0:
         a += contact_force(p, state, lane, q, v)
@@ -133,7 +133,7 @@ def accelerate(p, law, push, t, at, moving, state, lane, q, v):
 
 @inner
 def restitution(p, f, upper, v):
-    """Restitution coefficient at an approach velocity; NaN if it cannot be."""
+    """Restitution coefficient at an approach velocity; NaN if a user's function returns none."""
     r = p.high_restitution if upper else p.low_restitution
     if r < 0:
         r = f.upper(v) if upper else f.lower(v)
@@ -144,7 +144,7 @@ def restitution(p, f, upper, v):
 
 @inner
 def note(p, events, count, lane, t, stop, v):
-    """Count an impact, and write it where it is asked for."""
+    """Count an impact, and store it if asked for."""
     k = count[lane]
     if lane == 0 and k < len(events):
         events[k, INSTANT], events[k, WHICH], events[k, SPEED] = t, stop, v
@@ -153,7 +153,7 @@ def note(p, events, count, lane, t, stop, v):
 
 @inner
 def note_touches(p, state, events, count, lane, t, span, before, q, v):
-    """Count the soft stops that were touched on the way from `before` to q, from t on."""
+    """Count the soft stops touched on the way from `before` to q, from t on."""
     for k in range(len(p.soft)):
         side, place = p.soft[k, SIDE], p.soft[k, PLACE]
         if side * (before - place) <= 0 < side * (q - place):
@@ -164,7 +164,7 @@ def note_touches(p, state, events, count, lane, t, span, before, q, v):
 
 @inner
 def rub(v, a, h, kinetic, static):
-    """Velocity after the time h under a constant acceleration and Coulomb friction, exactly."""
+    """Exact velocity after time h under constant acceleration and Coulomb friction."""
     if v == 0.0:
         if abs(a) <= static:
             return 0.0

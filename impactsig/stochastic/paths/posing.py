@@ -1,4 +1,4 @@
-"""An oscillator and a step in the form that the kernels take."""
+"""Parameters of an oscillator and a step as the kernels take them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NODES = 4097  # of a law's potential
 
 
 def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False) -> Problem:
-    """The oscillator per mass, in its own units of time and length."""
+    """The parameters per mass, in the oscillator's own units of time and length."""
     from ...simulate.basis.stops import columns, restitution_of
     from .equation import Problem
 
@@ -82,7 +82,7 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
 
 
 def filtered_deviation(oscillator: Oscillator) -> float:
-    """Standard deviation of the filtered force per mass; 0 of a white one, which has none."""
+    """Standard deviation of the filtered force per mass; 0 for white noise."""
     noise = oscillator.noise
     if noise is None or not noise.correlation_time:
         return 0.0
@@ -90,7 +90,7 @@ def filtered_deviation(oscillator: Oscillator) -> float:
 
 
 def functions(oscillator: Oscillator) -> Functions:
-    """The user's functions, compiled; stand-ins where there are none."""
+    """The user's functions, compiled; placeholders where there are none."""
     from ...simulate.stepping.rates import no_law
     from ._laws import no_laws, over_paths
     from .equation import Functions
@@ -102,7 +102,7 @@ def functions(oscillator: Oscillator) -> Functions:
 
 
 def potential(oscillator: Oscillator, law: object, low: float, high: float) -> Potential:
-    """The potential energy, with a table of the law's between two displacements."""
+    """The potential energy, with a table of the law's part between two displacements."""
     from .accumulating import Potential, forces
 
     kappa, constant = oscillator.stiffness / oscillator.mass, oscillator.load / oscillator.mass
@@ -175,7 +175,7 @@ def transition(p: Problem) -> Transition:
 
 
 def _flow(kappa: float, damping: float, t: float) -> np.ndarray:
-    """Answer of position and velocity to a position and a velocity, after a time t."""
+    """Propagator of position and velocity over a time t."""
     d = damping / 2
     w = cmath.sqrt(kappa - d * d)
     decay = math.exp(-d * t)
@@ -193,7 +193,7 @@ def _root(covariance: np.ndarray) -> np.ndarray:
 
 
 def hertz_rate(law: Hertz, mass: float, speed: float) -> float:
-    """Root of the stiffness per mass at the depth that a speed goes to."""
+    """Root of the stiffness per mass at the depth that an approach velocity reaches."""
     n = law.exponent
     depth = ((n + 1) * mass * speed**2 / (2 * law.stiffness)) ** (1 / (n + 1))
     return math.sqrt(n * law.stiffness * depth ** (n - 1) / mass)

@@ -1,4 +1,4 @@
-"""A machine with a step and a method: what moves groups of its paths, whoever looks at them."""
+"""Simulation of groups of paths by any of the methods."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NO_EVENTS = np.empty((0, 3))
 
 
 def key_of(seed: Seed) -> np.ndarray:
-    """Key of the generator: the same for the same seed, drawn from a Generator.
+    """Key of the random numbers: the same for the same seed.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def key_of(seed: Seed) -> np.ndarray:
 
 
 def check_method(oscillator: Oscillator, method: Method) -> None:
-    """Refuse a method that cannot move this oscillator.
+    """Refuse a method that cannot simulate this oscillator.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def check_method(oscillator: Oscillator, method: Method) -> None:
 
 
 class Mover:
-    """What a method does to groups of paths of one oscillator, with one step.
+    """A method with an oscillator and a step: simulates groups of paths.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Mover:
             self._extra = (transition(self.problem),)
 
     def start(self, q: np.ndarray, v: np.ndarray, paths: np.ndarray) -> Group:
-        """A group of paths at t = 0, at these positions and velocities relative to the stops."""
+        """A group of paths at t = 0, with positions and velocities relative to the stops."""
         from ._random import START, draw_pair, room
         from .equation import ACROSS, APPROACH, F, Q, V
 
@@ -117,7 +117,7 @@ class Mover:
         return group
 
     def scratch(self, lanes: int) -> Any:
-        """Room that the method's kernels want for so many paths."""
+        """Work arrays of the method's kernels for so many paths."""
         return self._kernels().scratch(lanes)
 
     def _kernels(self) -> Any:
@@ -135,7 +135,7 @@ class Mover:
 
 
 class Group:
-    """Paths that are moved together, and how far they are."""
+    """A group of paths and the step it has reached."""
 
     def __init__(self, mover: Mover, state: np.ndarray, paths: np.ndarray) -> None:
         self.mover, self.state, self.paths = mover, state, paths
@@ -150,7 +150,7 @@ class Group:
         looks: int = 0,
         events: np.ndarray = NO_EVENTS,
     ) -> np.ndarray:
-        """Move so many steps; what was seen at multiples of `every`, shape (paths, looks, 2)."""
+        """Advance by so many steps; returns samples at multiples of `every`."""
         seen = np.empty((len(self.paths), looks, 2))
         last = self.step + steps
         self.mover.move(

@@ -1,1 +1,1 @@
-"""When a heard impact began: the edge, waveforms that are alike, modes that impacts share."""
+"""Timing of impacts in sound: edges, similar waveforms, shared modes."""

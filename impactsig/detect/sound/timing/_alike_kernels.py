@@ -1,4 +1,4 @@
-"""Kernels that lay sounds of one waveform over each other, to a fraction of a sample.
+"""Kernels that align sounds of one waveform to a fraction of a sample.
 
 A sound y is taken for p times a waveform T, shifted by d samples. The whole and half samples by
 which the two are most alike come first; what is left follows from weighted linear least squares,
@@ -25,7 +25,7 @@ STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-
 
 @njit(nogil=True)
 def taps_at(part, taps):
-    """Weights of the samples, as many as `taps`, about a place `part` after one: sinc under cosine.
+    """Interpolation weights at a fractional position: windowed sinc.
 
     Half of them, and the sample itself, lie before the place.
     """
@@ -44,7 +44,7 @@ def taps_at(part, taps):
 
 @njit(nogil=True)
 def add_between(y, place, factor, taps, out):
-    """Add to out[k] the factor times y at `place` + k, between samples."""
+    """Add `factor` times the interpolated y at `place` + k to out[k]."""
     whole = math.floor(place)
     taps_at(place - whole, taps)
     first = int(whole) + 1 - TAPS
@@ -57,7 +57,7 @@ def add_between(y, place, factor, taps, out):
 
 @njit(nogil=True)
 def shift_wave(wave, pad, shifts):
-    """shifts[j]: the wave, but for `pad` samples at both ends, by (j - ROWS // 2) / SHIFTS late."""
+    """The wave at all shifts of a grid, without `pad` samples at both ends."""
     taps = np.empty(2 * TAPS)
     for j in range(ROWS):
         shifts[j] = 0.0
@@ -66,7 +66,7 @@ def shift_wave(wave, pad, shifts):
 
 @njit(nogil=True)
 def product(y, first, weighted):
-    """Scalar product of the weighted wave with as many samples of y from `first` on."""
+    """Scalar product of the weighted wave with samples of y from `first` on."""
     a = b = c = d = 0.0
     whole = len(weighted) // 4 * 4
     for k in range(0, whole, 4):
@@ -81,7 +81,7 @@ def product(y, first, weighted):
 
 @njit(nogil=True)
 def coarse_shift(y, first, reach, stride, weighted):
-    """The shift of at most `reach` at which the matched filter responds most.
+    """Shift of at most `reach` with the greatest matched-filter response.
 
     Every `stride`-th sample is tried, then all near the best; where that is every one, as many
     shifts a sample as there are weighted waves. This is the likeliest shift. The one at which wave
@@ -105,7 +105,7 @@ def coarse_shift(y, first, reach, stride, weighted):
 
 @njit(nogil=True)
 def fit_shift(y, first, far, shift, shifts, weight):
-    """The shift by least squares, from one nearby; factor p, sum of squares left, and of y.
+    """Least-squares shift from a nearby one; factor, residual and total sums of squares.
 
     The shift is NaN where there is none of at most `far`.
     """
@@ -140,7 +140,7 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 @njit(nogil=True)
 def likeliest(y, first, far, stride, weighted, power, expected, spread):
-    """The likeliest shift of at most `far`, and the mean square distance of others from it.
+    """Most probable shift of at most `far`, and the posterior mean square about it.
 
     The logarithm of the probability of a shift is the square of the response of the matched filter,
     greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution about
@@ -179,7 +179,7 @@ def likeliest(y, first, far, stride, weighted, power, expected, spread):
 
 @njit(nogil=True)
 def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, out):
-    """out[i]: shift and factor of sound i, the sum of squares it leaves, its own, that of noise.
+    """Shift, factor, residual, total and noise sums of squares of each sound.
 
     Last, the mean square distance of shifts elsewhere. Where a shift of at most `lengths.reach`
     leaves more than the share `clear`, all up to `lengths.far` are tried, and that `expected` of
@@ -224,7 +224,7 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
 
 @njit(nogil=True)
 def mean_wave(sounds, shift, factor, start, wave):
-    """The wave these sounds are shifted multiples of, from sample `start` on, by least squares."""
+    """Least-squares common waveform of shifted and scaled sounds, from sample `start` on."""
     wave[:] = 0.0
     total = 0.0
     taps = np.empty(2 * TAPS)

@@ -1,4 +1,4 @@
-"""The edge of a sound record's band: the impulse response of the filter before its sampler.
+"""Band edge of a sound record: impulse response of its anti-aliasing filter.
 
 A record at 8 kHz was sampled, or resampled, behind a low-pass filter of linear phase, which rings
 before an impact as long as after it. Its response k(u), u in samples, is one of a few:
@@ -47,12 +47,12 @@ def chebyshev(reach: int = 24) -> np.ndarray:
 
 
 def responses() -> list[np.ndarray]:
-    """All responses that are tried; the first of them is the one most records come near to."""
+    """All candidate responses, the most common one first."""
     return [cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()]
 
 
 def high_pass(rate: float) -> np.ndarray:
-    """Taps of the high-pass filter that sounds are compared behind: linear phase, no mean."""
+    """Taps of the linear-phase high-pass filter applied before comparing sounds."""
     reach = round(HIGH_PASS_REACH * rate)
     share = 2.0 * HIGH_PASS / rate
     taps = -share * np.sinc(share * np.arange(-reach, reach + 1)) * np.hamming(2 * reach + 1)
@@ -61,7 +61,7 @@ def high_pass(rate: float) -> np.ndarray:
 
 
 def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) -> np.ndarray:
-    """As many taps, that whiten the noise heard in `quiet` (n, samples) as well.
+    """The same number of taps that also whiten the noise in `quiet` (n, samples).
 
     They are symmetric as those of the high-pass filter `taps`, by which they leave out what is
     below HIGH_PASS. The spectrum of the noise is the median of n, smoothed; white noise of a power
@@ -87,7 +87,7 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
 def step_modes(
     exponents: np.ndarray, response: np.ndarray | None, taps: np.ndarray, first: int, last: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Modes that start at 0, and an impulse and its slope there, behind both filters.
+    """Modes that start at 0, and an impulse and its derivative, after both filters.
 
     Parameters
     ----------
@@ -141,5 +141,5 @@ def _accumulated(cell: np.ndarray, factor: complex) -> np.ndarray:
 
 
 def _parts(modes: np.ndarray, exponents: np.ndarray) -> np.ndarray:
-    """Real parts, and imaginary parts of the modes that turn."""
+    """Real parts, and imaginary parts of oscillating modes."""
     return np.concatenate((modes.real, modes.imag[exponents.imag > 1e-9]))

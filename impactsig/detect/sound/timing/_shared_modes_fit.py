@@ -1,4 +1,4 @@
-"""Modes behind a filter, fitted to the sounds that share them, and the filter chosen by them.
+"""Fit of the modes that sounds share, and choice of the anti-aliasing filter.
 
 Sounds are high-passed and start near a guess. See `shared_modes.py` for the method.
 """
@@ -34,7 +34,7 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 def shared_exponents(
     sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
 ) -> list[np.ndarray]:
-    """What the modes may be that the sounds have in common, the likeliest choice first.
+    """Candidate exponents of the modes that sounds share, the most probable first.
 
     The eigenvectors of the sum of all H'H / |y|^2, H the Hankel matrix of a sound y, span the
     modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
@@ -79,7 +79,7 @@ def shared_exponents(
 
 @dataclass
 class Model:
-    """Modes that start behind a filter, at every shift of 1 / PARTS samples about 0."""
+    """Modes that start behind a filter, at shifts of 1 / PARTS samples about 0."""
 
     lead: int  # samples of a fit before its origin
     size: int  # of a fit
@@ -93,7 +93,7 @@ class Model:
     evidence: float = -np.inf  # per sound, logarithmic
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Instant and standard error [samples] and share left of each sound; NaN if cut off.
+        """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
 
         The share is that beyond noise.
         """
@@ -109,7 +109,7 @@ class Model:
         return fits
 
     def learn(self, sounds: np.ndarray, guess: np.ndarray, least: float) -> None:
-        """Set the prior and the error, of at least so much, by which they are most probable."""
+        """Set the prior and the error that make the sounds most probable."""
         self.evidence = -np.inf
         origin, _ = self._origins(sounds, guess)
         there = np.flatnonzero(origin >= 0)
@@ -129,7 +129,7 @@ class Model:
                 self.evidence, self.prior, self.error = evidence, prior, error
 
     def _origins(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The sample nearest to the most probable start of each sound, -1 if it is cut off.
+        """Sample nearest to the most probable start of each sound, -1 if it is cut off.
 
         Beside it what starts that are not near to it add to the variance.
         """
@@ -160,7 +160,7 @@ class Model:
         return out
 
     def _part(self, reach: int, every: int) -> tuple[np.ndarray, np.ndarray]:
-        """Basis and Gram elements of every so many shifts about 0."""
+        """Basis and Gram matrices of shifts about 0."""
         middle = len(self.basis) // 2
         part = slice(middle - reach // every * every, middle + reach + 1, every)
         return np.ascontiguousarray(self.basis[part]), np.ascontiguousarray(self.gram[part])
@@ -201,7 +201,7 @@ def chosen_model(
     taps: np.ndarray,
     heard: float,
 ) -> Model | None:
-    """The shared modes behind the filter under which a few of these sounds are most probable.
+    """The model with the filter under which a few of these sounds are most probable.
 
     None if they share no modes, or are more probable without any filter.
     """

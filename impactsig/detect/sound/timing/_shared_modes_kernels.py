@@ -1,4 +1,4 @@
-"""Kernels that time sounds of the same modes behind the filter of a band-limited record.
+"""Kernels that time sounds of the same modes behind a band-limiting filter.
 
 A sound y that starts a shift d after a sample is taken for
 
@@ -54,7 +54,7 @@ def add_lagged_products(ring, rows, factor, total):
 
 @njit(nogil=True)
 def crossings(sounds, quiet, begin, end, shares, out):
-    """Where each sound's modulus first exceeds a share of its greatest, and for how long.
+    """First crossing of a share of each sound's greatest modulus, and its duration.
 
     The crossing and the greatest are looked for from sample `begin` to `end`, between samples as
     well. The share is the first of `shares`, or more where noise reaches it (the second is a
@@ -93,7 +93,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
 
 @njit(nogil=True)
 def abruptness(wave, split, lag, slope, count):
-    """Power of the two innovations from `split` on over the greatest of two among `count`."""
+    """Power of two innovations at `split` relative to the greatest two of `count`."""
     innovation = np.empty(count)
     innovations(wave, split, lag, slope, innovation)
     greatest = 0.0
@@ -107,7 +107,7 @@ def abruptness(wave, split, lag, slope, count):
 
 @njit(nogil=True)
 def _project(y, first, basis, out):
-    """out: |Q'y|^2 and both elements of K'y, y beginning at sample `first`."""
+    """Projections of y, from sample `first` on, on the basis."""
     last = len(basis) - 2
     power = 0.0
     for c in range(last):
@@ -120,7 +120,7 @@ def _project(y, first, basis, out):
 
 @njit(nogil=True)
 def log_probability(projection, gram, energy, error, prior):
-    """L, and the share of the energy that is explained.
+    """Log probability L, and the share of the energy that is explained.
 
     `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
     two diagonal elements of V.
@@ -137,7 +137,7 @@ def log_probability(projection, gram, energy, error, prior):
 
 @njit(nogil=True)
 def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
-    """origin[i]: the whole sample near the guess at which sound i most probably starts.
+    """Most probable whole sample near the guess at which each sound starts.
 
     -1 where the sound does not hold all that a fit from there needs. beyond[i]: what starts more
     than `near` samples away from there add to the variance. `lead` is how many samples of
@@ -179,7 +179,7 @@ def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
 
 @njit(nogil=True)
 def project(sounds, origin, lead, basis, energy, projections):
-    """Energy of each sound about its origin, and what the basis of every shift has of it."""
+    """Energy of each sound about its origin, and its projections at every shift."""
     for i in range(len(sounds)):
         first = origin[i] - lead
         energy[i] = 0.0
@@ -191,7 +191,7 @@ def project(sounds, origin, lead, basis, energy, projections):
 
 @njit(nogil=True)
 def leave(projections, energy, grams, floor, prior, left):
-    """left[i]: share of the energy of sound i that the most probable shift leaves."""
+    """Share of the energy of each sound that the most probable shift leaves."""
     value = np.empty(len(grams))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
@@ -200,7 +200,7 @@ def leave(projections, energy, grams, floor, prior, left):
 
 @njit(nogil=True)
 def weigh(projections, energy, grams, step, floor, freedom, prior, out):
-    """out[i]: mean and standard deviation of the shift, share left, the error s, ln of evidence.
+    """Posterior mean and deviation of the shift, residual share, error, log evidence.
 
     Shifts lie `step` apart about 0. `floor`: the noise of a sample, and the part of s that the
     model's errors make; s is at least what is left to each of the degrees of freedom.
@@ -219,7 +219,7 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
 
 @njit(nogil=True)
 def _log_probabilities(projection, grams, energy, error, prior, value):
-    """value[j]: L at shift j; the greatest, and the share of the energy left there."""
+    """L at every shift; the greatest, and the residual share of the energy there."""
     most, best = -np.inf, 0.0
     for j in range(len(grams)):
         value[j], explained = log_probability(projection[j], grams[j], energy, error, prior)
@@ -230,7 +230,7 @@ def _log_probabilities(projection, grams, energy, error, prior, value):
 
 @njit(nogil=True)
 def _cubic(value, j, t):
-    """The value a part t from shift j to the next, by the cubic through their slopes."""
+    """Cubic interpolation between shift j and the next."""
     a, b = value[j], value[j + 1]
     p = value[j - 1] if j else 2.0 * a - b
     q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a

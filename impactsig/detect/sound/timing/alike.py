@@ -1,4 +1,4 @@
-"""Impacts that sound alike, timed against each other to a fraction of a sample.
+"""Mutual alignment of similar sounds, to a fraction of a sample.
 
 A structure that is hit at one spot rings each time in the same way, but for the strength. The
 attack alone tells its instant to a sample; the whole waveform, laid over that of the other
@@ -70,7 +70,7 @@ class Lengths(NamedTuple):
 
 
 def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
-    """Lengths at a sampling rate, of waves that last `size` from the attack on.
+    """Lengths at a sampling rate, for waves that last `size` after the attack.
 
     `lag` and `slope` are those of the innovations.
     """
@@ -99,7 +99,7 @@ def lengths_at(rate: float, lag: int, slope: int, size: int) -> Lengths:
 
 @dataclass
 class Waveform:
-    """What the impacts learned from have in common."""
+    """The common waveform of the impacts used for learning."""
 
     shifts: np.ndarray  # (ROWS, size)
     latency: float  # shift that leaves their instants at the reference, in the median
@@ -109,7 +109,7 @@ class Waveform:
 
 @dataclass
 class Overlay:
-    """Shifts of the impacts of a record, as they come.
+    """Shifts of the impacts of a record, in sequence.
 
     `reference` gives the shifts of so many impacts taken last that are known by other means and
     their standard errors, and NaN for the others, whose attacks count.
@@ -136,7 +136,7 @@ class Overlay:
             self.weight[rising + edge - BESIDE : rising + edge + BESIDE] = 0.0
 
     def add(self, sounds: np.ndarray, spread: np.ndarray) -> None:
-        """Take the sounds (n, length) of the next impacts, and the standard errors of attacks."""
+        """Add the sounds (n, length) of the next impacts, with standard errors of attacks."""
         if self.learned:
             self.found.append(self._shifts(sounds, self._expected(spread)))
             return
@@ -147,7 +147,7 @@ class Overlay:
             self._learn()
 
     def timing(self) -> np.ndarray:
-        """Shift and standard error of every impact, shape (2, n); NaN where it stays as it is."""
+        """Shift and standard error of every impact, shape (2, n); NaN where unchanged."""
         if not self.learned:
             self._learn()
         return np.concatenate(self.found).T
@@ -160,13 +160,13 @@ class Overlay:
         self.found.append(self._shifts(sounds, expected))
 
     def _expected(self, spread: np.ndarray) -> np.ndarray:
-        """Shift and standard error of the last impacts before they are laid over others."""
+        """Prior shift and standard error of the last impacts."""
         shift, error = self.reference(len(spread))
         known = np.isfinite(shift)
         return np.stack((np.where(known, shift, 0.0), np.where(known, error, spread)), axis=1)
 
     def _shifts(self, sounds: np.ndarray, expected: np.ndarray) -> np.ndarray:
-        """Shift and its standard error; NaN where a sound is not like the wave."""
+        """Shift and standard error; NaN for sounds unlike the wave."""
         found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
             expected = np.add(expected, (self.wave.latency, 0.0))
@@ -224,7 +224,7 @@ class Overlay:
         return Waveform(shifts, latency, gain / max(certain, LEAST_CERTAIN) ** 2, colour)
 
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
-        """By how much instants with these errors may differ from shifts, in the median."""
+        """Tolerated median difference of instants with these errors from shifts."""
         _, _, left, own, noise, _ = laid.T
         if np.sum(left - noise) > UNLIKE * max(np.sum(own - noise), 0.0):
             return self.lengths.agree
@@ -232,7 +232,7 @@ class Overlay:
         return max(self.lengths.agree, doubtful)
 
     def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> tuple[float, float]:
-        """Variance of the shift of a sound equal to the wave, in noise of power 1.
+        """Variance of the shift of a sound equal to the wave, in unit noise.
 
         The noise is as coloured as what precedes the sounds. Beside it the variance of a response
         to it over that in white noise.
@@ -264,7 +264,7 @@ class Overlay:
 
 
 def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> float:
-    """Of the sum of weighted noise whose covariance at lags is this, scaled to a power of 1."""
+    """Variance of a weighted sum of coloured noise, scaled to unit power."""
     of_white = float(np.sum(weights**2))
     if not covariance[0] > 0.0:
         return 1.0 if white else of_white
@@ -276,13 +276,13 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
 
 
 def _slope(shifts: np.ndarray) -> np.ndarray:
-    """Change of a wave by a shift of one sample."""
+    """Derivative of a wave by its shift."""
     middle = ROWS // 2
     return np.asarray(0.5 * SHIFTS * (shifts[middle + 1] - shifts[middle - 1]))
 
 
 def _alike(laid: np.ndarray) -> np.ndarray:
-    """Whether the waveform leaves of each sound no more than its noise and 1 - ALIKE**2."""
+    """Whether the residual of each sound is only noise and a share 1 - ALIKE**2."""
     shift, _, left, own, noise, _ = laid.T
     clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
     return np.isfinite(shift) & clear & (left <= 0.75 * own)

@@ -1,4 +1,4 @@
-"""The instants of impacts in a band-limited sound record, from the modes that they share.
+"""Timing of impacts in a band-limited sound record, from the modes that they share.
 
 The filter before a sampler of 8 to 16 kHz rings before an impact as long as after it, and whatever
 looks for the first change finds that ringing. What tells the instant is how sounds look behind the
@@ -49,7 +49,7 @@ ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a so
 
 
 class Timing(NamedTuple):
-    """Shifts of attacks and their standard errors [samples]; NaN where they are not known."""
+    """Shifts of attacks and their standard errors [samples]; NaN if unknown."""
 
     shift: np.ndarray
     error: np.ndarray
@@ -57,7 +57,7 @@ class Timing(NamedTuple):
 
 @dataclass
 class SharedModes:
-    """Shifts of the impacts of a record at a sampling rate, as they come.
+    """Shifts of the impacts of a record, in sequence.
 
     `lag` and `slope` are those of the innovations that attacks are timed in.
     """
@@ -84,7 +84,7 @@ class SharedModes:
         self.length = self.before + round(AFTER * self.rate)
 
     def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Take the next attacks, halfway between two of the samples x.
+        """Add the next attacks, halfway between two of the samples x.
 
         Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
         """
@@ -119,13 +119,13 @@ class SharedModes:
         return Timing(shift, error)
 
     def last(self, count: int) -> Timing:
-        """The timing of the impacts taken last, so many."""
+        """Timing of the last so many impacts."""
         timing = self.timing()
         first = len(timing.shift) - count
         return Timing(timing.shift[first:], timing.error[first:])
 
     def _waves(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> np.ndarray:
-        """What is heard about each attack; zeros where that is not all there."""
+        """Waveform around each attack; zeros if it is incomplete."""
         first = np.rint(attacks + 0.5).astype(int) - self.before
         there = (first >= valid[0]) & (first + self.length <= valid[1])
         waves = np.zeros((len(attacks), self.length))
@@ -166,14 +166,14 @@ class SharedModes:
             self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
 
     def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The whitened waves, where each crosses, and the noise of a sample where it is white."""
+        """Whitened waves, their crossings, and the white noise of a sample."""
         sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
         noise = float(np.median(np.mean(quiet**2, axis=1)) / np.sum(self.taps**2))
         return sounds, self._crossed(waves)[:, 0].copy(), noise
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
-        """Shift and standard error of the attack of each wave; NaN where they are not known."""
+        """Shift and standard error of the attack of each wave; NaN if unknown."""
         timed = np.full((len(waves), 2), np.nan)
         if not self._applies:
             return timed
@@ -195,7 +195,7 @@ class SharedModes:
         return sounds
 
     def _crossed(self, waves: np.ndarray) -> np.ndarray:
-        """What `crossings` finds of each wave behind the high-pass filter."""
+        """Result of `crossings` for each wave after the high-pass filter."""
         crossed = np.empty((len(waves), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
         crossings(self._filtered(waves, self.taps), quiet, begin, end, SHARES, crossed)
