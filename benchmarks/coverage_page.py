@@ -63,14 +63,13 @@ D2 of the attractor.
 
 ## Counted before
 
-On the same code of dimensions, with more series; exponents and the truths of slopes have changed
-since.
+On the same code of dimensions. These sets were named before they were run, but looked at since.
 
 {before}
 """
 
 BEFORE = Path(__file__).with_name("coverage_before.md")
-"""Rows of D2 from 24 November 2026."""
+"""Rows of the sets of `EARLIER`."""
 
 
 def pooled(lines: dict[str, list[dict]]) -> str:
