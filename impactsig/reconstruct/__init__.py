@@ -1,4 +1,4 @@
-"""The dynamics behind a series of intervals: embedding, dimension, exponents, surrogates."""
+"""Reconstruction of dynamics from intervals: embedding, dimension, exponents, surrogates."""
 
 from . import classic
 from .delays import DelayChoice, autocorrelation_delay, mutual_information_delay

@@ -1,4 +1,4 @@
-"""What the reconstructions share of checking arguments: numbers, dimensions, lengths."""
+"""Validators shared by the reconstructions: series, dimensions, lengths."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
 
 
 def varying(x: np.ndarray, argument: str = "x") -> np.ndarray:
-    """`x`, if it is not constant, and differences of it can be squared."""
+    """Require a series that is not constant and whose differences can be squared."""
     values = known(x)
     if values.min() == values.max():
         raise InvalidInput(
@@ -50,7 +50,7 @@ def varying(x: np.ndarray, argument: str = "x") -> np.ndarray:
 
 
 def finite_range(x: np.ndarray, argument: str = "x") -> np.ndarray:
-    """`x`, if its greatest difference is a number."""
+    """Require a series with a finite range."""
     values = known(x)
     with np.errstate(over="ignore"):
         if not np.isfinite(np.ptp(values)):

@@ -1,4 +1,4 @@
-"""Rules by which a slope is read off a curve."""
+"""Methods of fitting a slope to a curve."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ FitName = Literal["least squares", "theil-sen"]
 
 
 def least_squares(x: np.ndarray, y: np.ndarray) -> float:
-    """The slope of the least-squares line, all points weighted alike."""
+    """Slope of the least-squares line, with equal weights."""
     centred = x - x.mean()
     return float(centred @ y / (centred @ centred))
 
 
 def theil_sen(x: np.ndarray, y: np.ndarray) -> float:
-    """The median of the slopes between any two points."""
+    """Median of the slopes between all pairs of points."""
     i, j = np.triu_indices(len(x), 1)
     return float(np.median((y[j] - y[i]) / (x[j] - x[i])))
 
@@ -29,7 +29,7 @@ FITS: dict[str, Fit] = {"least squares": least_squares, "theil-sen": theil_sen}
 
 
 def fit_of(given: Any) -> Fit:
-    """The rule of that name, or a caller's, whose answers are checked."""
+    """The method of that name, or a checked user's function."""
     if isinstance(given, str) and given in FITS:
         return FITS[given]
     if not callable(given):

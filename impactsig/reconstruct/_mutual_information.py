@@ -1,4 +1,4 @@
-"""Kernel of mutual information by nearest neighbours."""
+"""Kernel for mutual information by nearest neighbours."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .._compiled import njit
 
 @njit(nogil=True)
 def neighbor_counts(x, y, neighbors):
-    """How many others are nearer than e_i in x and in y, shape (2, n).
+    """Number of points closer than e_i in x and in y, shape (2, n).
 
     e_i is the distance of (x_i, y_i) from the k-th nearest other pair, the larger difference of a
     coordinate. Pairs are gone through outwards from x_i until x alone is farther away.
@@ -52,7 +52,7 @@ def neighbor_counts(x, y, neighbors):
 
 @njit(nogil=True)
 def _nearer(ascending, value, reach):
-    """How many others are nearer to a value than `reach`, by differences as they are rounded."""
+    """Number of values closer to a value than `reach`, by rounded differences."""
     low = np.searchsorted(ascending, value - reach)
     while low < len(ascending) and value - ascending[low] >= reach:
         low += 1

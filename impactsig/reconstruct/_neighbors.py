@@ -1,4 +1,4 @@
-"""Nearest neighbours of delay vectors, exact and apart in time: a k-d tree, compiled.
+"""Exact nearest neighbours of delay vectors outside the Theiler window, by a k-d tree.
 
 The tree is balanced and implicit (node k has the children 2k + 1 and 2k + 2), so it takes O(n)
 memory however many equal points there are. Distances are squared where the norm is Euclidean. The
@@ -19,7 +19,7 @@ NOBODY = -1  # index of a neighbour that does not exist
 
 
 class Tree(NamedTuple):
-    """Points by node: `points[first[k]:first[k + 1]]` of a level; `order` names them."""
+    """A k-d tree: node k holds `points[first[k]:first[k + 1]]`; `order` gives their places."""
 
     points: np.ndarray  # (n, m), in the order of the tree
     order: np.ndarray  # (n,), the place in time of each
@@ -32,7 +32,7 @@ class Tree(NamedTuple):
 
 @njit(nogil=True)
 def partition(points, order, begin, end, middle, d):
-    """Put the points so that none before `middle` is greater in coordinate d than one after it."""
+    """Partition the points about `middle` by coordinate d."""
     first, last = begin, end - 1
     while first < last:
         x, y, z = points[first, d], points[(first + last) // 2, d], points[last, d]
@@ -59,7 +59,7 @@ def partition(points, order, begin, end, middle, d):
 
 @njit(nogil=True)
 def _build(points, order):
-    """The boxes of the points, which are put into the order of the tree, as is `order`."""
+    """Sort the points and `order` into tree order; returns the bounding boxes."""
     n, m = points.shape
     levels = 0
     while n > (LEAF << levels):
@@ -89,7 +89,7 @@ def _build(points, order):
 
 
 def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
-    """The tree of the vectors, shape (places, m), that are `usable`: all unless told."""
+    """The tree of the vectors, shape (places, m); by default of all of them."""
     order = np.arange(len(vectors)) if usable is None else np.flatnonzero(usable)
     points = np.array(vectors[order], order="C")
     begin, end, low, high = _build(points, order)
@@ -98,7 +98,7 @@ def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
 
 @njit(nogil=True)
 def columns_of(tree: Tree) -> np.ndarray:
-    """The coordinates of the points, one after the other, shape (m, n + LEAF).
+    """Coordinates of the points as columns, shape (m, n + LEAF).
 
     A loop over a leaf may then be of the constant length LEAF, which the compiler makes use of.
     """
@@ -130,7 +130,7 @@ def _from_box(p, low, high, maximum):
 
 @njit(nogil=True)
 def _across_box(p, low, high):
-    """Whether the box holds anything but p."""
+    """Whether the box holds any point other than p."""
     across = False
     for d in range(len(p)):
         across |= low[d] != p[d] or high[d] != p[d]
@@ -139,7 +139,7 @@ def _across_box(p, low, high):
 
 @njit(nogil=True)
 def nearest(found, theiler, maximum):
-    """Nearest neighbour of every point that is more than `theiler` away in time, and not equal.
+    """Nearest neighbour of every point outside the Theiler window and not equal to it.
 
     Of several at the same distance any one is taken. Returns, by place in time, the place of the
     neighbour, `NOBODY` where there is none, and the distance (Euclidean, or greatest difference of
@@ -186,7 +186,7 @@ def nearest(found, theiler, maximum):
 
 @njit(nogil=True)
 def within(found, places, radius, theiler, maximum, most):
-    """Neighbours within `radius`, apart in time and not equal, of the points at some `places`.
+    """Neighbours within `radius` of the points at some `places`, outside the Theiler window.
 
     Returns the references' places in time, `start` (one longer) and `who`: the neighbours of
     reference r are `who[start[r]:start[r + 1]]`, the first `most` that were met.

@@ -1,4 +1,4 @@
-"""What every reconstruction is given: a series of numbers, or the intervals of impacts.
+"""Series of numbers, or of the intervals of impacts, as input of every reconstruction.
 
 Here, and nowhere else, is decided what a gap in a run means: an interval across it was not
 measured, and in its place stands nan. A vector that holds nan is none, nor is one that steps over
@@ -72,19 +72,19 @@ def series(x: Any, argument: str = "x", least: int = 2, gap: int = 0) -> np.ndar
 
 
 def known(values: np.ndarray) -> np.ndarray:
-    """The values without the nan of the gaps; the very same array where there are none."""
+    """The values without the NaN of gaps."""
     missing = np.isnan(values)
     return values[~missing] if missing.any() else values
 
 
 def unbroken(values: np.ndarray, length: int) -> np.ndarray:
-    """Whether values[i : i + length] holds no nan, shape (n - length + 1,)."""
+    """Whether values[i : i + length] has no NaN, shape (n - length + 1,)."""
     missing = np.concatenate(([0], np.cumsum(np.isnan(values))))
     return missing[length:] == missing[: max(len(missing) - length, 0)]
 
 
 def pairs_apart(vectors: np.ndarray, window: int) -> int:
-    """How many pairs of `vectors`, shape (n,) of bool, are more than `window` steps apart."""
+    """Number of pairs of `vectors`, shape (n,) of bool, more than `window` steps apart."""
     before = np.cumsum(vectors, dtype=np.int64)
     return int(before[: max(len(vectors) - window - 1, 0)] @ vectors[window + 1 :].astype(np.int64))
 

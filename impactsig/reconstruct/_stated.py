@@ -1,4 +1,4 @@
-"""Errors of a series that are known: stated by the caller, or borne by the impacts."""
+"""Known errors of a series: given by the caller, or by the errors of impacts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FAR_OFF = 5.0
 
 
 class Stated(NamedTuple):
-    """Standard deviations of the errors of instants and of values, and where they are from."""
+    """Standard errors of instants and of values, with their origin."""
 
     timing: float
     value: float
@@ -23,17 +23,17 @@ class Stated(NamedTuple):
 
     @property
     def of_value(self) -> float:
-        """Standard deviation of the noise on one value; neighbouring intervals share an instant."""
+        """Standard error of one value; neighbouring intervals share an instant."""
         return math.hypot(math.sqrt(2) * self.timing, self.value)
 
     @property
     def steps(self) -> int:
-        """After how many steps the noise on a value is independent of the noise before."""
+        """Number of steps after which errors are independent."""
         return 2 if self.timing else int(self.value > 0)
 
 
 def stated_errors(x: Any, timing: float | None, value: float | None) -> Stated | None:
-    """The errors as given, or else by the `time_error` of impacts; None where not known."""
+    """The errors as given, else from the `time_error` of impacts; None if unknown."""
     if timing is not None:
         timing = number("timing_error", timing, least=0)
     if value is not None:

@@ -1,4 +1,4 @@
-"""The Theiler window: neighbours in time are near because they are, not because they recur."""
+"""The Theiler window, which excludes neighbours that are close merely in time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ._series import known
 
 
 def theiler_window(theiler: int | None, x: np.ndarray) -> int:
-    """The window given, or the one rule that stands in for it everywhere [steps].
+    """The window given, or the default [steps].
 
     The greatest of two mean periods, a period being the time from one rise through the mean to the
     next, and of the first lag at which the autocorrelation is not positive; but no more than a
@@ -37,7 +37,7 @@ def theiler_window(theiler: int | None, x: np.ndarray) -> int:
 
 
 def _decorrelated(centred: np.ndarray, most: int) -> int:
-    """The first lag at which the autocorrelation is not positive, or `most`."""
+    """First lag with a non-positive autocorrelation, or `most`."""
     filled = np.nan_to_num(centred / (np.nanmax(np.abs(centred)) or 1.0))
     power = np.abs(np.fft.rfft(filled, 2 * len(filled))) ** 2
     correlation = np.fft.irfft(power)[1:most]

@@ -1,4 +1,4 @@
-"""Threads for kernels that let go of the interpreter."""
+"""Thread pool for kernels that release the interpreter lock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .._watched import progress
 
 
 def in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
-    """part(0), part(1), ... in that order, worked out by so many threads."""
+    """part(0), part(1), ... in that order, computed by a number of threads."""
     threads, done = thread_count(workers), []
     with ThreadPoolExecutor(threads) as pool, progress(parts, " parts", leave=False) as advance:
         for one in map(part, range(parts)) if threads == 1 else pool.map(part, range(parts)):

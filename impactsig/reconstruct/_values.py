@@ -1,4 +1,4 @@
-"""What a series is like before any embedding: rounded, recurring, how far apart its values are."""
+"""Properties of a series before embedding: rounding, exact recurrence, typical differences."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ._series import known, stretches
 
 
 def resolution(values: np.ndarray) -> float:
-    """Least difference of two values where many are equal, as rounding makes them; else 0."""
+    """Least nonzero difference of two values if many are equal by rounding; else 0."""
     levels = np.unique(known(values))
     if len(levels) > 0.9 * len(known(values)):
         return 0.0
@@ -17,7 +17,7 @@ def resolution(values: np.ndarray) -> float:
 
 
 def quantum(values: np.ndarray) -> float:
-    """The step in which numbers were rounded, 0 where they were not.
+    """Step to which numbers are rounded, 0 if they are not.
 
     The smallest difference between values that differ, if values repeat far more often than those
     of a continuous quantity would, and if all differences are whole multiples of it.
@@ -34,7 +34,7 @@ def quantum(values: np.ndarray) -> float:
 
 
 def rounding_doubt(values: np.ndarray) -> str:
-    """In words, how few of the values are different; nothing where most are."""
+    """Warning that few of the values are different; empty if most are."""
     if not resolution(values):
         return ""
     present = known(values)
@@ -42,7 +42,7 @@ def rounding_doubt(values: np.ndarray) -> str:
 
 
 def exact_period(values: np.ndarray, tolerance: float | None = None) -> int | None:
-    """After how many values the series recurs, again and again to its end, three times at least.
+    """Number of values after which a series repeats exactly, at least three times.
 
     To within rounding, unless a tolerance is given. What is on either side of a gap is not
     compared: how many values are lost is not known. What recurs but for noise is another question
@@ -65,7 +65,7 @@ def exact_period(values: np.ndarray, tolerance: float | None = None) -> int | No
 
 
 def typical_gap(values: np.ndarray) -> float:
-    """Median gap of two values, that are not equal, anywhere in the series."""
+    """Median difference of two unequal values from anywhere in the series."""
     values = known(values)
     half = len(values) // 2
     gaps = np.concatenate(

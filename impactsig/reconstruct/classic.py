@@ -1,4 +1,4 @@
-"""Measures that others have worked out well: nolds, behind the checks and the names of this house.
+"""Classical measures by nolds, with the validation and the names of this package.
 
 nolds [Scholzel2019]_ is loaded when one of these is first called. What it would answer with a
 silent zero, a NaN or a bare assertion is refused here, and so is a run with gaps; lines are fitted
@@ -205,7 +205,7 @@ def dfa(x: Any, *, order: int = 1) -> float:
 
 
 def _whole(x: Any, least: int = 2) -> np.ndarray:
-    """A series that varies and has no gaps, of which nolds knows nothing."""
+    """A series that varies and has no gaps, which nolds does not support."""
     values = varying(series(x, least=least, gap=1))
     crossing = np.count_nonzero(np.isnan(values))
     if crossing:
@@ -219,7 +219,7 @@ def _whole(x: Any, least: int = 2) -> np.ndarray:
 
 
 def _aperiodic(x: Any, least: int = 2) -> np.ndarray:
-    """A series that does not recur exactly, of which scaling means nothing."""
+    """Require a series that does not repeat exactly."""
     values = _whole(x, least)
     period = exact_period(values)
     if period is not None:
@@ -228,7 +228,7 @@ def _aperiodic(x: Any, least: int = 2) -> np.ndarray:
 
 
 def _parting(x: Any) -> np.ndarray:
-    """A series in which neighbours can part; warns of neighbours that are equal by rounding."""
+    """Require a series whose neighbours can diverge; warns of values that are equal by rounding."""
     values = _aperiodic(x)
     few = rounding_doubt(values)
     if few:

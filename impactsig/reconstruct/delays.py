@@ -1,4 +1,4 @@
-"""The delay of an embedding: by autocorrelation, or by average mutual information."""
+"""Choice of the embedding delay, by autocorrelation or mutual information."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NOTHING = -0.5 * math.log(1 - math.exp(-2))
 
 @dataclass(frozen=True, eq=False)
 class DelayChoice(Shown):
-    """The dependence of a series on its own past, and the delay read off it.
+    """Autocorrelation or mutual information of a series over the lag, and the delay chosen.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class DelayChoice(Shown):
 def autocorrelation_delay(
     x: Any, *, rule: Literal["1/e", "zero"] = "1/e", longest: int | None = None
 ) -> DelayChoice:
-    """Delay at which the autocorrelation has fallen to 1/e, or to zero, for the first time.
+    """Delay at which the autocorrelation first falls to 1/e, or to zero.
 
     C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance, over the n - k pairs there are
     (fewer where the run has gaps: no pair reaches across one).
@@ -234,7 +234,7 @@ def mutual_information_delay(
 
 
 def _longest(longest: int | None, values: np.ndarray, default: int) -> int:
-    """The longest lag; half of the values that no gap breaks at the most."""
+    """The longest lag; at most half of the values between gaps."""
     n = max(len(part) for part in stretches(values))
     if longest is None:
         return min(max(default, 1), max(n // 2, 1))
@@ -245,7 +245,7 @@ def _longest(longest: int | None, values: np.ndarray, default: int) -> int:
 
 
 def _first_minimum(curve: np.ndarray, rise: float) -> int | None:
-    """Lag of the first minimum from which the curve rises by `rise` before it falls lower."""
+    """Lag of the first minimum from which the curve rises by `rise` before falling lower."""
     lowest = 1
     for lag in range(2, len(curve)):
         if curve[lag] < curve[lowest]:

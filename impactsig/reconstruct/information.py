@@ -15,7 +15,7 @@ NEIGHBORS = 4
 
 
 def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
-    """Mutual information of two series, value by value [nat], by nearest neighbours.
+    """Mutual information of two series of equal length [nat], by nearest neighbours.
 
     The first estimator of Kraskov et al. [Kraskov2004]_: with e_i the distance from (x_i, y_i) to
     its k-th nearest neighbour (the larger difference of a coordinate), and n_x(i), n_y(i) the
@@ -63,7 +63,7 @@ def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
 
 
 def scored(x: np.ndarray, seed: int) -> np.ndarray:
-    """Normal scores of a series; equal values in an order at random."""
+    """Normal scores of a series, with ties in random order."""
     from scipy.special import ndtri
 
     n = len(x)
@@ -74,7 +74,7 @@ def scored(x: np.ndarray, seed: int) -> np.ndarray:
 
 
 def information(x: np.ndarray, y: np.ndarray, neighbors: int) -> float:
-    """Mutual information of series without equal values."""
+    """Mutual information of series without ties."""
     from scipy.special import digamma
 
     from ._mutual_information import neighbor_counts

@@ -1,4 +1,4 @@
-"""The dimension of an embedding: false nearest neighbours, and their average as Cao takes it."""
+"""Choice of the embedding dimension: false nearest neighbours, and Cao's averages."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FLAT = 0.1
 
 @dataclass(frozen=True, eq=False)
 class FalseNeighbors(Shown):
-    """Shares of false nearest neighbours, and the dimension at which there are none left.
+    """Shares of false nearest neighbours, and the dimension at which they vanish.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class FalseNeighbors(Shown):
 
 @dataclass(frozen=True, eq=False)
 class AveragedFalseNeighbors(Shown):
-    """Cao's E1 and E2, and the dimension from which E1 does not change.
+    """Cao's E1 and E2, and the dimension from which E1 is constant.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def false_nearest_neighbors(
     size: float = 2.0,
     tolerance: float = 0.01,
 ) -> FalseNeighbors:
-    """Shares of nearest neighbours that part when a dimension is added [Kennel1992]_.
+    """Shares of nearest neighbours that separate when a dimension is added [Kennel1992]_.
 
     With R_m the Euclidean distance from vector i to its nearest neighbour j in m dimensions, and
     g = abs(x_{i+m delay} - x_{j+m delay}) the gap of their next coordinates, j is false if
@@ -268,7 +268,7 @@ def false_nearest_neighbors(
 def averaged_false_neighbors(
     x: Any, dimensions: int = 8, delay: int = 1, theiler: int | None = None
 ) -> AveragedFalseNeighbors:
-    """Averaged false neighbours: Cao's E1 and E2, which need no threshold of distance [Cao1997]_.
+    """Cao's method of averaged false neighbours, E1 and E2 [Cao1997]_.
 
     With R_m(i) the distance (greatest difference of a coordinate) from vector i to its nearest
     neighbour j in m dimensions, R_{m+1} that of the same two with the next coordinate, and g the
@@ -346,7 +346,7 @@ def _rounding(values: np.ndarray) -> list[str]:
 
 
 def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarray, int]:
-    """The series and the Theiler window, if there are vectors enough of the greatest dimension."""
+    """The series and the Theiler window, if there are enough vectors of the greatest dimension."""
     values = varying(series(x, gap=1))
     window = theiler_window(theiler, values)
     long_enough(values, most * delay, window, LEAST)
@@ -356,7 +356,7 @@ def _ready(x: Any, most: int, delay: int, theiler: int | None) -> tuple[np.ndarr
 def _pairs(
     values: np.ndarray, m: int, delay: int, window: int, maximum: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Distances of nearest neighbours that have a next coordinate, and the gaps of that one."""
+    """Distances of nearest neighbours with a next coordinate, and the gaps of that coordinate."""
     from ._neighbors import NOBODY, nearest, tree
 
     span = int(m) * delay + 1

@@ -1,4 +1,4 @@
-"""Ordinal patterns: in which order the values of a delay vector stand, and the entropy of that."""
+"""Ordinal patterns of delay vectors, and their entropy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MANY_TIED = 0.05
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrdinalPatterns(Shown):
-    """How often each order of successive values occurs.
+    """Frequencies of the orders of successive values.
 
     Attributes
     ----------
@@ -63,16 +63,16 @@ class OrdinalPatterns(Shown):
 
     @property
     def normalized_entropy(self) -> float:
-        """Entropy by that of equally frequent patterns, ln(order!); 1 for independent values."""
+        """Permutation entropy over its maximum, ln(order!); 1 for independent values."""
         return self.entropy / math.log(math.factorial(self.order))
 
     @property
     def missing(self) -> int:
-        """How many patterns never occur; a map forbids some for ever, noise none."""
+        """Number of patterns that never occur; a map forbids some, noise none."""
         return int(np.count_nonzero(self.counts == 0))
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the result in words."""
         words = (
             f"permutation entropy {self.entropy:.3g} nat, {self.normalized_entropy:.3g} of the "
             f"greatest; {self.missing} of {len(self.counts)} patterns of {self.order} values "

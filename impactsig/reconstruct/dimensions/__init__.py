@@ -1,1 +1,1 @@
-"""Correlation dimension under timing errors: kernel sums, slopes, their errors."""
+"""Correlation dimension under timing errors: kernel sums, slopes and their errors."""

@@ -1,4 +1,4 @@
-"""From a series to the slope of its correlation sum, and to the dimension of its attractor."""
+"""From a series to the slope of its correlation sum and the dimension of its attractor."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ FEW = 200
 
 
 class Setting(NamedTuple):
-    """What is counted, and how; all lengths but `resolution` in units of `unit`."""
+    """The series and parameters of an estimate; lengths except `resolution` in units of `unit`."""
 
     values: np.ndarray
     delay: int
@@ -100,7 +100,7 @@ class Setting(NamedTuple):
         largest: float = LARGEST,
         values: np.ndarray | None = None,
     ) -> KernelSum | None:
-        """K(H) in one embedding."""
+        """Correlation sum K(H) in one embedding dimension."""
         return kernel_sum(
             self.values if values is None else values,
             m,
@@ -127,7 +127,7 @@ class _Read(NamedTuple):
 
 
 def estimate(given: Setting, noise: Noise, embedding: int | None) -> CorrelationDimension:
-    """Slope and dimension of a series that is a motion; see `dimension`."""
+    """Slope and dimension of a deterministic series; see `dimension`."""
     warnings: list[str] = []
     floor = given.unit * max(given.floor, FLOOR * noise.of_value)
     common: dict[str, Any] = {
@@ -201,7 +201,7 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
 
 
 def _half_width(chance: Any, error: Any) -> Any:
-    """Of the 95 % interval with a standard error of which a share is by chance, told by blocks.
+    """Half-width of the 95 % interval, given the part of the error that blocks estimate.
 
     Degrees of freedom are those of Welch and Satterthwaite; the other shares are taken for exact.
     """
@@ -212,14 +212,14 @@ def _half_width(chance: Any, error: Any) -> Any:
 
 
 def repeated(given: Setting) -> float:
-    """Share of the vectors of three values that stand before in the very same numbers."""
+    """Share of triples of values that have occurred before exactly."""
     vectors = np.lib.stride_tricks.sliding_window_view(given.values, FIRST_EMBEDDING)
     vectors = vectors[~np.isnan(vectors).any(axis=1)]
     return 1 - len(np.unique(vectors, axis=0)) / len(vectors)
 
 
 def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
-    """The slope in the embedding given, or in the first with more than 2 D coordinates."""
+    """Slope in the given embedding, or in the first with more than 2 D coordinates."""
     m, largest, read = embedding or FIRST_EMBEDDING, LARGEST, None
     while True:
         sums = given.sums(noise, m, given.scales, largest)
@@ -239,7 +239,7 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
 
 
 def _related(given: Setting, noise: Noise, m: int, sums: KernelSum) -> int:
-    """How many of the scales are to be read: where slopes rise and unrelated vectors explain it.
+    """Number of scales to use: without those that unrelated vectors steepen.
 
     The largest are left out. Slopes also rise where an attractor is lacunar, and unrelated vectors
     may not show because its extent lessens the slope: neither alone is a reason.
@@ -258,7 +258,7 @@ def _related(given: Setting, noise: Noise, m: int, sums: KernelSum) -> int:
 
 
 def _well_paired(read: _Read, fit: Fit) -> _Read:
-    """The same without the smallest scales of few pairs, if W is still enough for a dimension."""
+    """The same without the smallest scales of few pairs, if W is still large enough."""
     sums = read.sums
     spans = np.log(sums.scales[-1] / sums.scales)
     kept = (sums.raw >= PAIRS_A_VECTOR * sums.vectors) | (spans < LEAST_SPAN + STEP)
@@ -281,7 +281,7 @@ def _wider(given: Setting, noise: Noise, read: _Read, largest: float) -> _Read:
 def _again(
     given: Setting, noise: Noise, read: _Read, m: int, values: np.ndarray | None = None
 ) -> float | None:
-    """The slope over the same scales of another embedding, noise or series."""
+    """Slope over the same scales with another embedding, noise or series."""
     sums = given.sums(noise, m, read.slope.scales, values=values)
     return (
         None if sums is None or len(sums.scales) < FEWEST_SCALES else slope(sums, given.fit).value
@@ -289,7 +289,7 @@ def _again(
 
 
 def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
-    """How far the slope moves if the noise is a standard error higher."""
+    """Change of the slope if the noise is one standard error higher."""
     assert noise.other is not None
     high = Noise(*noise.other, "")
     low, top = read.slope.scales
@@ -306,7 +306,7 @@ def _moved_by_noise(given: Setting, noise: Noise, read: _Read) -> float:
 
 
 def _shift_by_faults(given: Setting, noise: Noise, read: _Read) -> float:
-    """By how much as many missed and spurious impacts again would raise the slope."""
+    """Change of the slope by twice as many missed and spurious impacts."""
     shifts = []
     for seed in range(DOSES):
         dosed = with_faults(given.values, given.missed, given.spurious, seed)
@@ -317,7 +317,7 @@ def _shift_by_faults(given: Setting, noise: Noise, read: _Read) -> float:
 
 
 def _rise(given: Setting, noise: Noise, read: _Read) -> float:
-    """What one more coordinate adds to the slope over the same scales."""
+    """Increase of the slope by one more coordinate, over the same scales."""
     sums = given.sums(noise, read.embedding + 1, read.slope.scales)
     if sums is None or len(sums.scales) < FEWEST_SCALES:
         return math.inf

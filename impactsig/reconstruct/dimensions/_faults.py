@@ -1,4 +1,4 @@
-"""What missed and spurious impacts do to a series of intervals: put some more in and look."""
+"""Effect of missed and spurious impacts on intervals, by adding more of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def with_faults(x: np.ndarray, missed: float, spurious: float, seed: int) -> np.ndarray:
-    """Intervals after `missed` of the impacts are taken out and `spurious` put in at random.
+    """Intervals after removing and inserting impacts at random.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How far a statistic of pairs may be off by chance, by blocks of time.
+"""Jackknife errors of statistics of pairs, over blocks of time.
 
 Pairs are not independent, but those of two long blocks nearly are [EfronStein1981]_. What a pair of
 blocks adds is taken for a diallel [Griffing1956]_: a part by each of the two, as they were visited,
@@ -25,7 +25,7 @@ def without_each(parts: np.ndarray) -> np.ndarray:
 
 
 def variance(parts: np.ndarray) -> np.ndarray:
-    r"""Variance of a statistic of pairs, shape (...).
+    r"""Jackknife variance of a statistic of pairs, shape (...).
 
     With mu + g_a + g_b + e_ab of blocks a and b, and half as many pairs within a block, the sum of
     all parts has the variance
@@ -49,7 +49,7 @@ def variance(parts: np.ndarray) -> np.ndarray:
 
 
 def pair_variance(parts: np.ndarray) -> np.ndarray:
-    r"""Variance that a sum over pairs of different blocks has by the chance of single pairs.
+    r"""Variance of a sum over pairs of different blocks, from single pairs alone.
 
     It is that of the sum of all e_ab,
 

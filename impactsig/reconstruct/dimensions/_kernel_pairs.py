@@ -1,4 +1,4 @@
-"""Sums of a Gaussian kernel over pairs of points, at many scales at once, compiled.
+"""Kernels that sum a Gaussian over pairs of points, at many scales at once.
 
 A k-d tree puts neighbours into leaves of as many points as are summed at once. For each leaf the
 tree is searched for the leaves with partners, once for all scales: two leaves are compared at the
@@ -64,7 +64,7 @@ class Leaves(NamedTuple):
 
 
 def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves:
-    """The tree of the vectors, shape (n, m), with the time and block of each."""
+    """The k-d tree of the vectors, shape (n, m), with time and block of each."""
     points, order = np.array(vectors, order="C"), np.arange(len(vectors))
     begin, end, low, high = _build(points, order)
     return Leaves(
@@ -80,7 +80,7 @@ def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves
 
 @njit(nogil=True)
 def _build(points, order):
-    """The boxes of the points, which are put into the order of the tree, as is `order`."""
+    """Sort the points and `order` into tree order; returns the bounding boxes."""
     n, m = points.shape
     levels = 0
     while n > (LANES << levels):
@@ -111,7 +111,7 @@ def _build(points, order):
 
 @njit(nogil=True)
 def _from_middle(points, begin, end, middle, found):
-    """The points of a leaf, from the middle of another, in the precision of `found`."""
+    """Points of a leaf relative to the centre of another, in the precision of `found`."""
     for d in range(len(points)):
         for i in range(begin, end):
             found[d, i - begin] = points[d, i] - middle[d]
@@ -119,7 +119,7 @@ def _from_middle(points, begin, end, middle, found):
 
 @njit(nogil=True, fastmath={"contract"})
 def _square_differences(line, count, lanes, squares):
-    """Squares of differences, in single precision; those of the last column are added up."""
+    """Squared differences in single precision; those of the last column are summed."""
     last, width = len(squares) - 1, lanes.shape[1]
     for d in range(len(lanes)):
         column = min(d, last)
@@ -137,7 +137,7 @@ def _square_differences(line, count, lanes, squares):
 
 @njit(nogil=True)
 def _leave_out(times, begin, end, own, many, theiler, near_in_time, leaf, squares):
-    """Put pairs that are too close in time infinitely far apart.
+    """Exclude pairs within the Theiler window by infinite distances.
 
     Few are: `near_in_time` tells for which stretches of time it is to be looked at all.
     """
@@ -152,7 +152,7 @@ def _leave_out(times, begin, end, own, many, theiler, near_in_time, leaf, square
 
 @njit(nogil=True)
 def _mark(times, theiler, leaf, near_in_time):
-    """Mark the stretches of time, as long as `theiler`, at and beside those of a leaf."""
+    """Mark the stretches of time, `theiler` long, at and beside those of a leaf."""
     width = max(theiler, 1.0)
     for time in times:
         at = int(time / width) + 1
@@ -200,7 +200,7 @@ def _add_squares(powers, blocks, sums, s):
 
 @njit(nogil=True)
 def _add_lanes(added, b, blocks, start, many, sums):
-    """Sort what was added by the points of a leaf into their blocks."""
+    """Add the sums of the points of a leaf to their blocks."""
     for j in range(many):
         block = blocks[start + j]
         for s in range(added.shape[1]):
@@ -209,7 +209,7 @@ def _add_lanes(added, b, blocks, start, many, sums):
 
 @njit(nogil=True)
 def _partners(tree, leaf, reaches, near, firsts, nodes):
-    """How many leaves are partners, in `near`: none that comes before the leaf itself.
+    """Number of leaves, in `near`, that are within reach and do not precede the leaf.
 
     The first of the scales at which their boxes are within `reaches` goes into `firsts`; `nodes` is
     room to work in.
@@ -242,7 +242,7 @@ def _partners(tree, leaf, reaches, near, firsts, nodes):
 
 @njit(nogil=True)
 def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
-    """Add up exp(-sum_d weights[s, d] (p_d - q_d)^2) over pairs of points.
+    """Sum of exp(-sum_d weights[s, d] (p_d - q_d)^2) over pairs of points.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-r"""The correlation sum with a Gaussian kernel, freed of measurement noise.
+r"""Correlation sum with a Gaussian kernel, corrected for measurement noise.
 
 With d the difference of two delay vectors and S the covariance of the noise on one of them,
 
@@ -52,7 +52,7 @@ PARTS = 16
 
 
 class KernelSum(NamedTuple):
-    """Sums of the kernel by the blocks of time that the two vectors of a pair are in.
+    """Kernel sums by the blocks of time of the two vectors of a pair.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class KernelSum(NamedTuple):
         return found
 
     def largest(self, count: int) -> KernelSum:
-        """The sums of the `count` largest scales alone."""
+        """The sums at the `count` largest scales."""
         return KernelSum(
             self.scales[-count:],
             self.parts[..., -count:],
@@ -90,7 +90,7 @@ class KernelSum(NamedTuple):
         )
 
     def smallest(self, count: int) -> KernelSum:
-        """The sums of the `count` smallest scales alone."""
+        """The sums at the `count` smallest scales."""
         return KernelSum(
             self.scales[:count],
             self.parts[..., :count],
@@ -111,7 +111,7 @@ def kernel_sum(
     largest: float = LARGEST,
     given: tuple[float, float] | None = None,
 ) -> KernelSum | None:
-    """K of the delay vectors of a series, from the floor up to where it is `largest`.
+    """K of the delay vectors of a series, from the floor up to the scale where it is `largest`.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _largest_scale(
     floor: float,
     largest: float,
 ) -> float | None:
-    """The scale at which K is `largest`, by pairs drawn at random; None if it is below the floor.
+    """Scale at which K is `largest`, from random pairs; None if it is below the floor.
 
     Some 900 of them count, which is known to 3 %.
     """
@@ -213,7 +213,7 @@ def _largest_scale(
 
 
 class _Vectors(NamedTuple):
-    """Vectors to be summed over, in a tree, and pairs by the blocks of both, the earlier first."""
+    """Delay vectors in a tree, and the number of pairs in each two blocks."""
 
     tree: Leaves
     pairs: np.ndarray
@@ -233,7 +233,7 @@ class _Vectors(NamedTuple):
         return cls(leaves(vectors, places, blocks), pairs)
 
     def sums(self, theiler: int, weights: np.ndarray, workers: int | None) -> np.ndarray:
-        """Sums of the kernel by the blocks of both vectors, the earlier one first."""
+        """Kernel sums by the blocks of both vectors, the earlier first."""
         root = np.sqrt(weights[-1])
         tree = self.tree._replace(
             points=self.tree.points * root[:, None],

@@ -1,4 +1,4 @@
-"""The noise on a series: stated, or estimated from how it fills the smallest scales."""
+"""Noise of a series: given, or estimated from the correlation sum at the smallest scales."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _covariance(timing: float, value: float, m: int, delay: int) -> np.ndarray:
 def estimated(
     x: np.ndarray, delay: int, theiler: int, floor: float, intervals: bool, workers: int | None
 ) -> Noise:
-    r"""The noise that explains the uncorrected sums in several embedding dimensions best.
+    r"""The noise level that best explains the uncorrected sums in several embeddings.
 
     Gaussian noise of covariance S turns the sum with a kernel of width H into
 
@@ -113,7 +113,7 @@ def _as(structure: str, level: float) -> tuple[float, float]:
 def _fit(
     known: list[tuple[int, KernelSum]], levels: np.ndarray, structure: str, delay: int
 ) -> tuple[np.ndarray, float, float]:
-    """The level that fits best, of all and without each block; its gain; a level still possible."""
+    """Best level over all blocks and without each block; its gain; an upper level."""
     of_timing = structure == "timing"
     columns, logs, corrections, weights = [], [], [], []
     for row, (m, one) in enumerate(known):

@@ -1,4 +1,4 @@
-"""The slope of ln K against ln H between two scales, and its error by chance."""
+"""Slope of ln K against ln H between two scales, with its statistical error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_CHANGE = 1e-3
 
 
 class Slope(NamedTuple):
-    """A slope between two scales, and the local ones."""
+    """A slope between two scales, with the local slopes."""
 
     value: float
     error: float
@@ -25,12 +25,12 @@ class Slope(NamedTuple):
 
     @property
     def span(self) -> float:
-        """W, the e-folds between the two scales."""
+        """Distance W of the two scales in e-folds."""
         return float(np.log(self.scales[1] / self.scales[0]))
 
 
 def slope(found: KernelSum, fit: Fit = least_squares) -> Slope:
-    """The slope over all scales, by any rule, and local ones between each scale's neighbours."""
+    """Slope over all scales by a fitting method, and local slopes."""
     logs, values = np.log(found.scales), np.log(found.sums)
     parts = found.parts / found.parts.sum(axis=(0, 1))
     # As far as chance may move each ln K, so that a rule that is not linear is seen over that.
@@ -57,6 +57,6 @@ def slope(found: KernelSum, fit: Fit = least_squares) -> Slope:
 
 
 def _shares(found: KernelSum) -> np.ndarray:
-    """Of the pairs, by the blocks of both vectors."""
+    """Share of the pairs, by the blocks of both vectors."""
     shares: np.ndarray = found.pairs / found.pairs.sum(axis=(0, 1))
     return shares

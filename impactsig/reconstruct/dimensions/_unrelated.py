@@ -1,4 +1,4 @@
-r"""What vectors of unrelated values add to a correlation sum.
+r"""Contribution of unrelated vectors to a correlation sum.
 
 Two values drawn at random are near each other with the probability K_1(H), the sum in one
 dimension; m of them, were they independent, with U(H) = K_1(H)^m. Of a motion that expands
@@ -20,7 +20,7 @@ PAIRS = 30_000
 def steepened(
     scales: np.ndarray, sums: np.ndarray, values: np.ndarray, m: int, theiler: int, variance: float
 ) -> np.ndarray:
-    """By how much unrelated values steepen the slope at each scale, shape (scales,).
+    """Increase of the slope at each scale by unrelated vectors, shape (scales,).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The correlation dimension of a series: a slope between two scales, and what it says."""
+"""`correlation_dimension`: slope of the correlation sum between two scales, and the dimension."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ScaleSlope:
 
     @property
     def span(self) -> float:
-        """W, the e-folds between the two scales."""
+        """Distance W of the two scales in e-folds."""
         return float(np.log(self.scales[1] / self.scales[0]))
 
 
@@ -90,7 +90,7 @@ class KaplanYorke:
 
 @dataclass(frozen=True, eq=False)
 class CorrelationDimension(Shown):
-    """What `correlation_dimension` found, and on what evidence.
+    """Estimate of the correlation dimension, with its evidence.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ def correlation_dimension(
     fit: FitName | Fit = "least squares",
     workers: int | None = None,
 ) -> CorrelationDimension:
-    r"""The slope of the correlation sum between two scales, and the dimension where it is one.
+    r"""Slope of the correlation sum between two scales, and the dimension if it has one.
 
     The sum is that of a Gaussian kernel of width H over the differences d of all pairs of delay
     vectors, freed of noise of covariance S [GrassbergerProcaccia1983]_, [Diks1996]_,
@@ -410,7 +410,7 @@ def correlation_dimension(
 
 
 def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
-    """The result for what is recognised before anything is counted."""
+    """The result for a series that is recognised before any pairs are counted."""
     assert kind.name != "motion"
     dimension: float | None = 0.0
     reason = ""
@@ -431,7 +431,7 @@ def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
 
 
 def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting) -> Noise:
-    """The noise, in the range of the series: as known, or estimated."""
+    """The noise in units of the range of the series: known or estimated."""
     from ._noise import Noise, estimated
 
     rounding = step / math.sqrt(12)
@@ -450,7 +450,7 @@ def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting)
 def _kaplan_yorke(
     x: Any, theiler: int, contraction: float, timing: float, value: float
 ) -> tuple[KaplanYorke | None, str]:
-    """D1 by the largest exponent, or why there is none."""
+    """D1 from the largest exponent, or the reason for none."""
     from ..divergence.exponents import lyapunov_exponent
 
     try:
@@ -470,7 +470,7 @@ def _kaplan_yorke(
 
 
 def _doubtful(x: Any) -> float:
-    """The share of impacts that their probabilities leave to be spurious."""
+    """Expected share of spurious impacts, from their probabilities."""
     if not isinstance(x, Impacts) or x.probability is None or not len(x.probability):
         return 0.0
     return float(1 - x.probability.mean())

@@ -1,1 +1,1 @@
-"""Largest Lyapunov exponent of a series: how fast neighbours part."""
+"""Largest Lyapunov exponent of a series, from the divergence of neighbours."""

@@ -1,4 +1,4 @@
-"""Neighbours in an embedding, and how far apart they are after every further step."""
+"""Neighbours in an embedding, and their distance after every further step."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SATURATED, SATURATED_FREED = 1.5, 1.2
 
 
 class Setting(NamedTuple):
-    """What is followed, and how; see `lyapunov_exponent`."""
+    """The series and parameters; see `lyapunov_exponent`."""
 
     values: np.ndarray
     dimension: int
@@ -42,12 +42,12 @@ class Setting(NamedTuple):
 
     @property
     def span(self) -> int:
-        """Steps from the first coordinate of a vector to its newest."""
+        """Steps from the first to the newest coordinate of a vector."""
         return (self.dimension - 1) * self.delay
 
 
 class Followed(NamedTuple):
-    """Neighbours followed for some steps; `freed` of noise, where that is known."""
+    """Distances of neighbours over some steps; `freed` of noise if it is known."""
 
     curve: Curve
     freed: Curve | None
@@ -59,7 +59,7 @@ class Followed(NamedTuple):
 
 
 def follow_on(given: Setting, steps: int, further: bool) -> Followed:
-    """Follow neighbours for `steps`, or `further`: until half of the pairs are far apart."""
+    """Follow neighbours for `steps`, or further until half of the pairs are far apart."""
     longest = max(len(part) for part in stretches(given.values))
     most = min(MOST_STEPS, (longest - given.span) // 4)
     while True:
@@ -104,14 +104,14 @@ def _follow(given: Setting, steps: int) -> Followed:
 
 
 def _widened(curve: Curve, mutual: float) -> Curve:
-    """The curve with the scatter of as many pairs as there are, a share counted from both ends."""
+    """The curve with the scatter of the number of independent pairs."""
     return curve._replace(blocks=math.sqrt(1 + mutual) * curve.blocks)
 
 
 def _companies(
     found: Tree, window: int, radius: float | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """References, at most 4000 and in order, with all their neighbours, for the method of Kantz."""
+    """At most 4000 references with all their neighbours, for the method of Kantz."""
     n = len(found.points)
     # By place in the tree, and so evenly over the attractor.
     places = np.arange(0, n, max(n // 4000, 1))

@@ -1,4 +1,4 @@
-r"""The stretch of gaps freed of measurement noise, by a Gaussian kernel.
+r"""Divergence curve corrected for measurement noise, by a Gaussian kernel.
 
 With d the gap of a pair after k steps as observed, and s the standard deviation of the noise on a
 value,
@@ -36,7 +36,7 @@ DIFFERENCE = 1e-2
 
 
 def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
-    """The stretch ln H_k with its scatter over blocks; `LOWEST` where H_k is below the noise.
+    """Curve ln H_k with its scatter over blocks; `LOWEST` where H_k is below the noise.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def freed_curve(log: np.ndarray, time: np.ndarray, noise: float) -> Curve:
 
 
 def width(gaps: np.ndarray, noise: float) -> float:
-    """The ln H at which the kernel over gaps, given as logarithms, is `LEVEL` on the mean."""
+    """The ln H at which the mean kernel over gaps, given as logarithms, is `LEVEL`."""
     low = math.log(LEAST_WIDTH * noise) if noise else float(np.quantile(gaps, 0.1)) - 3.0
     high = float(gaps.max()) + 1.0
     if not LOWEST / 2 < low < high or _excess(gaps, noise, low).mean() >= 0:
@@ -72,7 +72,7 @@ def width(gaps: np.ndarray, noise: float) -> float:
 
 
 def unrelated_width(values: np.ndarray, theiler: int, noise: float) -> float:
-    """The ln H of the gaps of any two values, at which the stretch ends."""
+    """The ln H of the gaps of arbitrary pairs of values, at which the divergence ends."""
     i, j = np.random.default_rng(0).integers(len(values), size=(2, PAIRS))
     gaps = np.abs(values[i] - values[j])[np.abs(i - j) > theiler]
     gaps = gaps[np.isfinite(gaps)]
@@ -80,7 +80,7 @@ def unrelated_width(values: np.ndarray, theiler: int, noise: float) -> float:
 
 
 def _excess(gaps: np.ndarray, noise: float, log: float) -> np.ndarray:
-    """By how much the kernel of each gap exceeds `LEVEL`."""
+    """Excess of the kernel of each gap over `LEVEL`."""
     left = math.exp(2 * log) - noise**2
     # Beyond 700 the exponential is not a normal number, and slow.
     near: np.ndarray = np.exp(-np.minimum(np.exp(2 * gaps) / (4 * left), 700.0))

@@ -1,4 +1,4 @@
-"""The scaling region of a stretch curve: where its slope is known best."""
+"""Scaling region of a divergence curve: the steps with the most certain slope."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CANDIDATES = 48
 
 
 class Curve(NamedTuple):
-    """A stretch curve, what each block of references adds to it."""
+    """A divergence curve, with the contribution of each block of references."""
 
     stretch: np.ndarray  # (K + 1,)
     blocks: np.ndarray  # (BLOCKS, K + 1)
@@ -44,7 +44,7 @@ class Curve(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A straight piece of the curve, from step `first` to step `last`."""
+    """A line fitted to the curve, from step `first` to step `last`."""
 
     first: int
     last: int
@@ -77,7 +77,7 @@ def median_curve(log: np.ndarray, time: np.ndarray) -> Curve:
 
 
 def blocks_of_time(time: np.ndarray) -> np.ndarray:
-    """The block of each reference."""
+    """Index of the block of each reference."""
     return np.minimum(time * BLOCKS // (time.max() + 1), BLOCKS - 1)
 
 
@@ -105,7 +105,7 @@ def fit(curve: Curve, first: int, last: int) -> Line:
 
 
 def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Line | None:
-    """The line, within the steps `begin` to `end` and above the level `low`, that is known best.
+    """The line within `begin` to `end`, above the level `low`, with the least standard error.
 
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
     the one whose `standard_error` is the least share of its slope. The least error itself would
@@ -134,7 +134,7 @@ def best_line(curve: Curve, begin: int, least: int, end: int, low: float) -> Lin
 
 
 def standard_error(line: Line) -> float:
-    """Of the slope: by chance, and by how far the curve departs from a line.
+    """Standard error of the slope: statistical, and from deviations of the curve from a line.
 
     Freed of noise, that is half of its bend as far as this is not by chance, and no less than what
     stretch curves depart by: of 2000 intervals of Lorenz' flow in four coordinates by 0.3, and the

@@ -1,4 +1,4 @@
-"""How neighbours part: gaps of the newest coordinate after k steps, followed in compiled code."""
+"""Kernels that follow the gaps of neighbours in their newest coordinate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of a series, from how fast neighbours part."""
+"""`lyapunov_exponent`: largest Lyapunov exponent, from the divergence of neighbours."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Verdict = Literal["divergence", "no divergence", "periodic", "no scaling region"
 
 @dataclass(frozen=True, eq=False)
 class LyapunovExponent(Shown):
-    """The largest Lyapunov exponent, and the stretch curve it was read off.
+    """The largest Lyapunov exponent, with the divergence curve that it was fitted to.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class LyapunovExponent(Shown):
 
     @property
     def per_second(self) -> float | None:
-        """The exponent per second [1/s]; None where it, or the time between values, is not known.
+        """The exponent per second [1/s]; None if it or the time between values is unknown.
 
         Of intervals, the exponent per interval over the mean interval: that of the motion, as a
         return map's over the mean return time is that of its flow.
@@ -123,7 +123,7 @@ class LyapunovExponent(Shown):
 
     @property
     def interval_per_second(self) -> tuple[float, float] | None:
-        """Its 95 % interval [1/s]."""
+        """The 95 % interval of the exponent per second [1/s]."""
         if self.interval is None or self.step is None:
             return None
         return self.interval[0] / self.step, self.interval[1] / self.step
@@ -168,7 +168,7 @@ def lyapunov_exponent(
     timing_error: float | None = None,
     value_error: float | None = None,
 ) -> LyapunovExponent:
-    """Largest Lyapunov exponent, by the growth of the gap between neighbours.
+    """Largest Lyapunov exponent, from the divergence of nearest neighbours.
 
     Neighbours in the embedding (Euclidean norm, exact) are followed, and the gap of their newest
     coordinate, y_i = x_{i+(m-1) delay}, is averaged over the references i:
@@ -362,7 +362,7 @@ def _given_region(region: Any) -> tuple[int, int]:
 
 
 def _doubts(values: np.ndarray) -> list[str]:
-    """What is wrong with the series itself."""
+    """Warnings about the series itself."""
     few = rounding_doubt(values)
     return [f"{few}: gaps below {2 * resolution(values):.3g} are not used"] if few else []
 

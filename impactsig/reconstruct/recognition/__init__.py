@@ -1,1 +1,1 @@
-"""What kind of series this is: periodic, tones, noise, or none of them."""
+"""Recognition of the kind of a series: periodic, quasi-periodic, noise, or else."""

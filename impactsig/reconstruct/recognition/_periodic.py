@@ -1,4 +1,4 @@
-"""Whether a series recurs but for noise."""
+"""Whether a series is periodic apart from noise."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ SCREENED = 4096
 
 
 class Cycle(NamedTuple):
-    """A cycle that a series repeats, with the standard deviation of the scatter about it."""
+    """A cycle that a series repeats, and the standard deviation about it."""
 
     steps: int
     scatter: float
 
 
 def noisy_cycle(x: np.ndarray, resolution: float, intervals: bool) -> Cycle | None:
-    """The shortest cycle about which a series scatters by no more than noise, if there is one.
+    """The shortest cycle about which the series scatters only by noise, or None.
 
     Every value is compared with the mean of those at its place in the cycle. The scatter must be
     small: a tenth of the standard deviation of the series, so that the cycle visits values that are
@@ -76,7 +76,7 @@ def _about_cycle(x: np.ndarray, steps: int) -> np.ndarray:
 
 
 def _uncorrelated(rest: np.ndarray) -> bool:
-    """Whether lags 2 to 12 are those of chance, and the first neither positive nor below -1/2.
+    """Whether lags 2 to 12 are insignificant, and lag 1 is neither positive nor below -1/2.
 
     By the sum of squared autocorrelations, whose variance is (1 + 2 rho_1^2) / n beneath a moving
     average of two [BoxPierce1970]_; wrongly denied to one series of noise in a thousand.
@@ -92,7 +92,7 @@ def _uncorrelated(rest: np.ndarray) -> bool:
 
 
 def _foretold(rest: np.ndarray, steps: int) -> bool:
-    """Whether two successive deviations tell much of the third, at the same place of the cycle."""
+    """Whether two successive deviations predict the third, at the same place of the cycle."""
     rest = rest[-SCREENED:]
     error, count = 0.0, 0
     for place in range(steps):

@@ -1,4 +1,4 @@
-"""Whether a series is a sum of a few tones, and how many of their frequencies are independent."""
+"""Whether a series is a sum of a few tones, and their number of independent frequencies."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ NEAR = 0.05
 
 
 class Tones(NamedTuple):
-    """A sum of tones: independent frequencies (0: more than two), and what it leaves over."""
+    """A sum of tones: number of independent frequencies (0: more than two), and the residual."""
 
     independent: int
     scatter: float
 
 
 def tones(x: np.ndarray, resolution: float) -> Tones | None:
-    """The tones of a series of zero mean and unit variance; None if it is no sum of a few.
+    """The tones of a standardised series; None if it is not a sum of a few.
 
     Tones are taken out one after the other, the strongest first, and all fitted together each time.
     What is left over must be next to nothing, or small, and noise: no further correlated than
@@ -79,7 +79,7 @@ def _strongest(x: np.ndarray) -> float:
 
 
 def _fitted(x: np.ndarray, frequencies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies after one Gauss-Newton step, and what the tones before it leave over."""
+    """Frequencies after one Gauss-Newton step, and the residual of the tones before it."""
     time = np.arange(len(x)) - (len(x) - 1) / 2
     angle = 2 * np.pi * np.outer(time, frequencies)
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -93,7 +93,7 @@ def _fitted(x: np.ndarray, frequencies: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _is_noise(left: np.ndarray) -> bool:
-    """Whether lags 2 to 12 are those of a moving average of two values [BoxPierce1970]_."""
+    """Whether lags 2 to 12 are those of a moving average of order 1 [BoxPierce1970]_."""
     n = len(left)
     lagged = np.array([left[k:] @ left[: n - k] for k in range(13)]) / (left @ left)
     total = n * (lagged[2:] ** 2).sum() / (1 + 2 * lagged[1] ** 2)
@@ -101,7 +101,7 @@ def _is_noise(left: np.ndarray) -> bool:
 
 
 def _independent(frequencies: np.ndarray, tolerance: float) -> int:
-    """How many frequencies make up all the others, together with whole turns; 0 if more than 2."""
+    """Number of frequencies that generate all others with integers; 0 if more than 2."""
     for size in (1, 2):
         for base in combinations(frequencies, size):
             grid = np.arange(-HARMONIC, HARMONIC + 1)

@@ -1,4 +1,4 @@
-"""Kinds of series that are told apart before any dimension is counted."""
+"""Kinds of series that are recognised before a dimension is estimated."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CERTAIN = 0.95
 
 
 class Kind(NamedTuple):
-    """What a series is.
+    """Kind of a series.
 
     `period` counts values; `scatter` is the standard deviation about it; `tones` the independent
     frequencies of a quasi-periodic series, 0 where there are more than two.
@@ -26,10 +26,10 @@ class Kind(NamedTuple):
 
 
 def is_certain(period: Periodicity) -> bool:
-    """Whether a train recurs beyond doubt, whatever the speed of its forcing does."""
+    """Whether a train is certainly periodic, even if its forcing drifts."""
     return period.recurs and period.confidence >= CERTAIN
 
 
 def of_period(period: Periodicity) -> Kind:
-    """The kind of a train that is; its intervals scatter by sqrt(2) times its jitter."""
+    """The kind of a periodic train; its intervals scatter by sqrt(2) times its jitter."""
     return Kind("periodic", period.impacts, math.sqrt(2) * (period.jitter or 0.0))

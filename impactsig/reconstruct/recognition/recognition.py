@@ -1,4 +1,4 @@
-"""What a series is, before any dimension is counted: recurring, made of tones, noise or a motion.
+"""Recognition of a series before a dimension is estimated: periodic, tones, noise or motion.
 
 The only place that decides it: `correlation_dimension`, the report and the command all ask here.
 """
@@ -39,7 +39,7 @@ def recognise(
     stated: float,
     theiler: int,
 ) -> Kind:
-    """The kind of a series.
+    """Recognise the kind of a series.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def recognise(
 
 
 def shared_innovations(x: np.ndarray, theiler: int) -> float:
-    """How far neighbours share what a linear model leaves, in standard errors of chance.
+    """Correlation of the linear residuals of neighbours, in standard errors.
 
     Of linear noise the residuals of an autoregression are independent of the state; of a motion
     they are a function of it, so that neighbours have similar ones [Theiler1992]_. Both directions
@@ -116,6 +116,6 @@ def shared_innovations(x: np.ndarray, theiler: int) -> float:
 
 
 def _ranks(x: np.ndarray) -> np.ndarray:
-    """Ranks from 1 on; equal values share the mean of theirs."""
+    """Ranks from 1 on, averaged over ties."""
     _, place, count = np.unique(x, return_inverse=True, return_counts=True)
     return (np.cumsum(count) - (count - 1) / 2)[place]

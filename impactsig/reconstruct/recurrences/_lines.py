@@ -1,4 +1,4 @@
-"""Kernels of the recurrence plot: which delay vectors are close, and how long they stay so."""
+"""Kernels of the recurrence plot: close vectors, and lengths of lines."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def close_pairs(x, dimension, delay, radius, first, step, found):
 
 @njit(nogil=True)
 def line_lengths(x, dimension, delay, radius, theiler, first, step):
-    """How many diagonal and vertical lines of every length there are, each of shape (N + 1,).
+    """Number of diagonal and vertical lines of every length, each of shape (N + 1,).
 
     Those of every `step`-th diagonal and column, from `first` on. Points of the matrix with
     |i - j| <= theiler count as no recurrence. Nothing but the counts is kept: memory is O(N).
@@ -59,7 +59,7 @@ def line_lengths(x, dimension, delay, radius, theiler, first, step):
 
 @njit(nogil=True)
 def matrix_lines(matrix, theiler):
-    """The same of all diagonals and columns of a matrix of any shape; a vertical line is a column.
+    """The same for the diagonals and columns of a matrix of any shape.
 
     Points with |i - j| <= theiler count as no recurrence; -1 counts all.
     """
@@ -92,7 +92,7 @@ def matrix_lines(matrix, theiler):
 
 @njit(nogil=True)
 def histogram(x, dimension, delay, theiler, low, high, bins):
-    """Distances of pairs from `low` to `high` in equal bins: how many, how many below, extremes."""
+    """Histogram of distances of pairs from `low` to `high`: counts, number below, extremes."""
     span = (dimension - 1) * delay
     count = len(x) - span
     counts = np.zeros(bins, np.int64)

@@ -1,4 +1,4 @@
-"""The radius at which a given share of the pairs of delay vectors recur."""
+"""Radius at which a given share of the pairs of delay vectors recur."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ BINS = 4096
 
 
 def radius_of(x: np.ndarray, dimension: int, delay: int, theiler: int, pairs: int) -> float:
-    """Least radius within which so many pairs (i, j), i < j, more than `theiler` apart, lie.
+    """Least radius that contains a number of pairs outside the Theiler window.
 
     A histogram of all distances finds the bin that holds this distance, and is refined within it
     until its edges are neighbouring numbers or all distances in it are equal.

@@ -1,4 +1,4 @@
-"""Recurrence: when a series comes near where it was, and for how long it then keeps along."""
+"""Recurrence plots: returns of a series near earlier states, and their duration."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_VECTORS = 10_000  # in a matrix of one byte an element
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RecurrencePlot(Shown):
-    """Which delay vectors of a series are near each other.
+    """Pairs of delay vectors of a series that are close to each other.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class RecurrencePlot(Shown):
     delay: int
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the result in words."""
         count = int(np.count_nonzero(np.diagonal(self.matrix)))
         others = count * max(count - 1, 1)
         share = (int(np.count_nonzero(self.matrix)) - count) / others
@@ -72,7 +72,7 @@ class RecurrencePlot(Shown):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RecurrenceQuantification(Shown):
-    """Measures of the lines in a recurrence plot; None where there is no line to measure.
+    """Measures of the lines in a recurrence plot; None if there is no line to measure.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ class RecurrenceQuantification(Shown):
     warnings: tuple[str, ...] = ()
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the result in words."""
         words = [f"recurrence rate {self.recurrence_rate:.3g}"]
         if self.determinism is not None:
             words.append(f"determinism {self.determinism:.3g}, laminarity {self.laminarity:.3g}")
@@ -158,7 +158,7 @@ def recurrence_plot(
     rate: float | None = None,
     workers: int | None = None,
 ) -> RecurrencePlot:
-    """Which delay vectors of a series are near each other: R_ij = 1 if abs(v_i - v_j) <= radius.
+    """Recurrence plot of a series: R_ij = 1 if abs(v_i - v_j) <= radius.
 
     The distance is the largest difference of a coordinate [Marwan2007]_.
 
@@ -433,7 +433,7 @@ def _radius(
     radius: float | None,
     rate: float | None,
 ) -> float:
-    """The radius given, or that of the rate given."""
+    """The given radius, or the one that gives the recurrence rate."""
     if rate is None:
         return number("radius", radius, least=0)
     if radius is not None:

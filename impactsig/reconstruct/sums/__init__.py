@@ -1,1 +1,1 @@
-"""Correlation sums: pairs of vectors nearer than a radius."""
+"""Correlation sums: pairs of vectors within a radius."""

@@ -1,4 +1,4 @@
-"""Kernels that count pairs of boxes at once: two k-d trees, here twice the same, walked together.
+"""Kernels that count pairs of boxes at once, by walking a k-d tree against itself.
 
 All pairs of points from two boxes are between the least and the greatest distance of the boxes. A
 pair of boxes that no radius divides is counted without a look at its points, any other is opened,
@@ -20,7 +20,7 @@ COMPARED = 24
 
 @njit(nogil=True)
 def _distances(columns, first, size, other, many, distances):
-    """Fill a row for each point of one leaf; what is no pair of two leaves is infinitely far."""
+    """Distances of each point of one leaf to those of another; infinite for invalid pairs."""
     # No slices: each would count its references.
     for p in range(size):
         for q in range(LEAF):

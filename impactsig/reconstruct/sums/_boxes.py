@@ -1,4 +1,4 @@
-"""Kernels that look at near pairs only: strips of one coordinate, swept along the next.
+"""Kernels that compare near pairs only: strips of one coordinate, swept along the next.
 
 Boxes as wide as the greatest radius hold all partners of a point in themselves and those beside
 them [Theiler1987]_; here they have no walls in the second coordinate. Delay vectors are sorted by
@@ -43,7 +43,7 @@ class Strips(NamedTuple):
 
 
 def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: float) -> Strips:
-    """The vectors of dimension `lowest`, with as many further coordinates as `highest` needs."""
+    """Vectors of dimension `lowest`, with the further coordinates that `highest` needs."""
     places = len(x) - (lowest - 1) * delay
     order = np.flatnonzero(unbroken(x, len(x) - places + 1))
     along = min(1, lowest - 1)
@@ -67,7 +67,7 @@ def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: floa
 
 @njit(nogil=True)
 def candidates(strips, radius):
-    """How many pairs the sweep looks at."""
+    """Number of pairs that the sweep compares."""
     start, y = strips.start, strips.vectors[:, strips.along]
     total = 0
     for s in range(len(start) - 2):

@@ -1,4 +1,4 @@
-"""Exact counts of pairs: which kernel, in how many threads, never with what result."""
+"""Exact counts of pairs: choice of the kernel and of threads, with identical results."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def count_pairs(
     workers: int | None = None,
     kernel: Kernel | None = None,
 ) -> np.ndarray:
-    """Pairs i < j of delay vectors with j - i > theiler and a distance of r or less.
+    """Number of pairs i < j of delay vectors with j - i > theiler within each radius.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _fastest(
     radii: np.ndarray,
     kernel: Kernel | None,
 ) -> _boxes.Strips | list[Tree] | None:
-    """The vectors made ready for the sweep, or as trees; None where to look at all pairs is faster.
+    """Vectors prepared for the sweep, or as trees; None if comparing all pairs is faster.
 
     Of one dimension a tree is faster than the sweep, unless many pairs are within the Theiler
     window: these it has to take off again.
@@ -142,7 +142,7 @@ def _tree(x: np.ndarray, m: int, delay: int) -> Tree:
 
 
 def _left_to_compare(one: Tree, radii: np.ndarray) -> float:
-    """About how many pairs of points have to be compared one by one."""
+    """Approximate number of pairs to be compared one by one."""
     leaves = (len(one.begin) + 1) // 2
     chosen = leaves - 1 + np.unique(np.linspace(0, leaves - 1, SAMPLE).astype(int))
     boxes = np.column_stack([chosen, np.zeros_like(chosen)])
@@ -207,7 +207,7 @@ def _near(
 
 
 def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
-    """Counts of dimension 1: of all pairs by sorting, less those within the Theiler window."""
+    """Counts for dimension 1, by sorting, minus those within the Theiler window."""
     values = np.sort(known(x))
     parts = thread_count(workers)
 
@@ -233,5 +233,5 @@ def _rows(dimensions: Sequence[int]) -> np.ndarray:
 
 
 def _within(binned: list[np.ndarray]) -> np.ndarray:
-    """The sum of the parts' counts per bin, as counts of all pairs within each radius."""
+    """Cumulative counts within each radius, from counts per bin of all parts."""
     return np.cumsum(np.sum(binned, axis=0), axis=-1)[..., :-1]

@@ -1,4 +1,4 @@
-"""Kernels that look at all pairs: along diagonals of fixed lag, binned by the bits of a float.
+"""Kernels that compare all pairs along diagonals of fixed lag, binned by the bits of a float.
 
 Of delay vectors of the maximum norm, the distance of the pair (i, i + lag) in dimension m is the
 maximum of |x[i + k delay] - x[i + lag + k delay]| over k < m: along a diagonal of fixed lag it is
@@ -22,7 +22,7 @@ EMPTY_AT = 2**31  # increments after which tables of 32 bits are emptied
 
 
 class Bins(NamedTuple):
-    """What finds the bin of a distance d: how many of the radii are smaller than d.
+    """Table that gives the bin of a distance: the number of radii smaller than it.
 
     The bits of a positive float, read as a whole number, ascend with it; their upper part is the
     cell. A cell that no radius divides holds its bin, any other says CLOSER; the search among the
@@ -37,7 +37,7 @@ class Bins(NamedTuple):
 
 
 def bins_of(radii: np.ndarray) -> Bins:
-    """The bins that ascending radii, MOST_RADII at the most, part the distances into."""
+    """The bins between ascending radii, at most MOST_RADII."""
     lowest, highest = (int(bits) for bits in radii[[0, -1]].view(np.int64))
     shift = 32
     while (highest >> shift) - (lowest >> shift) > FINEST - 3:
@@ -82,7 +82,7 @@ def _bin_diagonal(x, lag, bins, cell, b):
 
 @njit(nogil=True)
 def _empty(tables, counts):
-    """Add to the counts what the tables of neighbours hold, and clear them."""
+    """Add the tables to the counts, and clear them."""
     size = counts.shape[1]
     for row in range(len(counts)):
         for half in range(2):

@@ -1,4 +1,4 @@
-"""Correlation sums of single vectors: any norm and kernel, all pairs, compiled."""
+"""Correlation sums of single vectors, for any norm and kernel, over all pairs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PARTS = 64
 
 @njit(nogil=True)
 def _distance(columns, i, j, euclidean):
-    """Between two vectors."""
+    """Distance of two vectors."""
     found = 0.0
     for d in range(len(columns)):
         gap = abs(columns[d, i] - columns[d, j])
@@ -66,7 +66,7 @@ def point_sums(
     kernel: Kernel,
     workers: int | None = None,
 ) -> np.ndarray:
-    """The kernel summed over the partners of each vector, shape (n, radii)."""
+    """Kernel summed over the partners of each vector, shape (n, radii)."""
     columns, n = np.ascontiguousarray(vectors.T), len(vectors)
     euclidean = norm == "euclidean"
 
@@ -93,7 +93,7 @@ def point_sums(
 
 
 def generalized(shares: np.ndarray, q: float) -> np.ndarray:
-    """C_q of the shares C_i of single vectors, shape (n, radii): their mean of order q - 1."""
+    """C_q from the correlation sums C_i of single vectors: their mean of order q - 1."""
     with np.errstate(divide="ignore"):
         logs = np.log(shares)
     if q == 1:

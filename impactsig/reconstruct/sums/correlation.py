@@ -1,4 +1,4 @@
-"""The correlation sum: how many pairs of vectors lie within each radius, and its relatives."""
+"""`correlation_sum`: share of pairs of vectors within each radius, and generalised sums."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ NEIGHBOURS = 200
 
 @dataclass(frozen=True, eq=False)
 class CorrelationSum(Shown):
-    """What `correlation_sum` counted.
+    """Correlation sums over radii and embedding dimensions.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class CorrelationSum(Shown):
 
     @property
     def slope_radii(self) -> np.ndarray:
-        """The radii that the local slopes are of: geometric means of neighbours, shape (r - 1,)."""
+        """Radii of the local slopes: geometric means of neighbours, shape (r - 1,)."""
         return np.sqrt(self.radii[:-1]) * np.sqrt(self.radii[1:])
 
     def local_slopes(self) -> np.ndarray:
@@ -172,7 +172,7 @@ def correlation_sum(
     q: float = 2,
     workers: int | None = None,
 ) -> CorrelationSum:
-    r"""Count the pairs of delay vectors, or of given vectors, within each radius, exactly.
+    r"""Correlation sum: share of the pairs of delay vectors within each radius, counted exactly.
 
     The correlation sum [GrassbergerProcaccia1983]_ of the delay vectors
     y_i = (x_i, x_{i+d}, ..., x_{i+(m-1)d}) is the share of pairs, away from each other in time by
@@ -325,7 +325,7 @@ def _two_dimensional(x: Any) -> bool:
 
 
 def _vectors(x: Any, dimensions: Any, delay: Any) -> np.ndarray:
-    """Given vectors, shape (n, d)."""
+    """Validate given vectors, shape (n, d)."""
     for name, value in (("dimensions", dimensions), ("delay", delay)):
         if value is not None:
             raise InvalidInput(
@@ -345,7 +345,7 @@ def _vectors(x: Any, dimensions: Any, delay: Any) -> np.ndarray:
 
 
 def _window(theiler: int, times: np.ndarray) -> int:
-    """The Theiler window, if it leaves a pair."""
+    """Validate the Theiler window, which must leave a pair."""
     if theiler >= times[-1] - times[0]:
         raise InvalidInput(
             "theiler", theiler, f"at most {times[-1] - times[0] - 1}, so that it leaves a pair"
@@ -363,7 +363,7 @@ def _of_points(
     q: float,
     workers: int | None,
 ) -> CorrelationSum:
-    """Of vectors and their places in time, by the partners of each."""
+    """The sum of given vectors, by the partners of each."""
     # Here, because it brings the compiler, which wrong arguments should not wait for.
     from ._point_sums import generalized, point_sums
 
@@ -395,7 +395,7 @@ def _of_points(
 
 
 def _octaves_of(vectors: np.ndarray, norm: Norm) -> np.ndarray:
-    """Quarter octaves up to the extent of the vectors."""
+    """Radii in quarter octaves up to the extent of the vectors."""
     extent = np.ptp(vectors, axis=0)
     greatest = float(extent.max() if norm == "max" else math.hypot(*extent))
     if greatest == 0:
@@ -417,7 +417,7 @@ def _radii(given: Any) -> np.ndarray:
 
 
 def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> np.ndarray:
-    """All radii of the default that could matter."""
+    """Default radii, in quarter octaves over all distances of interest."""
     values = known(finite_range(x))
     greatest = float(np.ptp(values))
     if greatest == 0:
@@ -435,7 +435,7 @@ def _quarter_octaves(x: np.ndarray, dimensions: tuple[int, ...], delay: int) -> 
 
 
 def _radius_of_neighbours(x: np.ndarray, m: int, delay: int) -> float:
-    """The radius within which a vector has about NEIGHBOURS others, from a sample of pairs."""
+    """Radius that contains about NEIGHBOURS others, from a sample of pairs."""
     n = len(x) - (m - 1) * delay
     # Drawn, because evenly spaced vectors would beat with a periodic series.
     i, j = np.random.default_rng(0).integers(n, size=(2, 2_000_000))
@@ -449,6 +449,6 @@ def _radius_of_neighbours(x: np.ndarray, m: int, delay: int) -> float:
 
 
 def _kept(counts: np.ndarray) -> slice:
-    """From the last radius that adds nothing to the first to the first that adds all."""
+    """Slice of the radii between the last with no pairs and the first with all."""
     changes = np.flatnonzero(np.any(np.diff(counts, axis=1), axis=0))
     return slice(int(changes[0]), int(changes[-1]) + 2) if len(changes) else slice(0, None)

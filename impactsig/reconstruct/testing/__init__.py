@@ -1,1 +1,1 @@
-"""Surrogate series, statistics and the test of them."""
+"""Surrogate series, test statistics, and the surrogate test."""

@@ -1,4 +1,4 @@
-"""Kernels of linear processes: Burg's method, Levinson's recursion, realisations, prediction."""
+"""Kernels of linear processes: Burg's method, Levinson's recursion, simulation, prediction."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..._compiled import njit
 
 @njit(nogil=True)
 def burg(x, order):
-    """Reflection coefficients up to an order, and the mean square that each order leaves.
+    """Reflection coefficients up to an order, and the residual mean square of each order.
 
     Forward and backward errors f_t, b_t of order m - 1 give
     k_m = 2 sum f_t b_(t-1) / sum (f_t^2 + b_(t-1)^2).
@@ -49,7 +49,7 @@ def levinson(reflection):
 
 @njit(nogil=True)
 def realisation(coefficients, innovations):
-    """The series that starts at rest and is driven by innovations."""
+    """The series driven by given innovations, starting at rest."""
     order = len(coefficients)
     x = np.zeros(len(innovations))
     for t in range(len(x)):
@@ -62,7 +62,7 @@ def realisation(coefficients, innovations):
 
 @njit(nogil=True)
 def linear_moments(x, order):
-    """Normal equations of the regression of a value on those before it and a constant.
+    """Normal equations of the regression of a value on its predecessors and a constant.
 
     Returns the matrix of the regressors, its right side, and the sum of the squared values.
     """

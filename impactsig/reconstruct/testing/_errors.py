@@ -1,4 +1,4 @@
-"""Kernel of the nonlinear prediction: nearest delay vectors, and what came after them."""
+"""Kernel of nonlinear prediction: nearest delay vectors, and their futures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..._compiled import njit
 
 @njit(nogil=True)
 def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, linear):
-    """What the nearest vectors of each delay vector say it is followed by, shape (h, references).
+    """Predictions from the nearest vectors of each delay vector, shape (h, references).
 
     `references` are the places in time, ascending, of the vectors and their futures.
 
@@ -94,7 +94,7 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
 
 @njit(nogil=True)
 def _measure(columns, place, low, off):
-    """Distances of the vectors from `low` on to the one at a place."""
+    """Distances of the vectors from `low` on to a reference."""
     off[:] = 0.0
     for c in range(len(columns)):
         column, own = columns[c, low : low + len(off)], columns[c, place]
@@ -105,7 +105,7 @@ def _measure(columns, place, low, off):
 
 @njit(nogil=True)
 def _add_slopes(x, i, index, held, dimension, delay, horizons, found, matrix, right, centre):
-    """Correct the mean of the futures by the plane fitted to them; by least squares (Cholesky).
+    """Replace the mean future by a local linear fit (least squares, Cholesky).
 
     Directions in which the neighbours do not spread (pivot below 1e-10 of the greatest variance)
     get no slope.

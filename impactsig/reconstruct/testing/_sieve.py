@@ -1,4 +1,4 @@
-"""The linear Gaussian process behind a series, and its realisations (autoregressive sieve).
+"""Autoregressive sieve: the linear Gaussian process behind a series, and its realisations.
 
 Everything is done on normal scores: the value of rank k of n is replaced by the normal quantile of
 (k - 1/2)/n, in the data and, by its own ranks, in every realisation. So nothing depends on the
@@ -26,14 +26,14 @@ APART = 2.0
 
 
 class Scores(NamedTuple):
-    """What stands for the values of a series, by their rank."""
+    """Normal scores of the values of a series, by rank."""
 
     normal: np.ndarray  # of every rank, ascending; equal values share a score
     spread: np.ndarray  # the same, with values on both sides of a gap moved apart
 
     @classmethod
     def of(cls, x: np.ndarray) -> Scores:
-        """Those of a series."""
+        """The scores of a series."""
         from scipy.special import ndtri
 
         n = len(x)
@@ -57,7 +57,7 @@ def ranked(x: np.ndarray, ascending: np.ndarray) -> np.ndarray:
 
 
 def coefficients(x: np.ndarray, scores: Scores, rng: np.random.Generator) -> np.ndarray:
-    """Coefficients of the autoregressive process whose scores are correlated as those of a series.
+    """Autoregressive coefficients whose process has the autocorrelation of the scores.
 
     Burg's method, of the order up to 10 log10(n) with the least AIC. Its reflection coefficients
     are biased, and so is what scoring leaves of a correlation: both are found from realisations and
@@ -89,7 +89,7 @@ def draw(process: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def linear_error(x: np.ndarray, order: int) -> float:
-    """Root mean square error of the linear prediction from so many values, by least squares."""
+    """RMS error of the least-squares linear prediction from so many values."""
     matrix, right, power = linear_moments(x, order)
     left = power - right @ np.linalg.pinv(matrix, hermitian=True) @ right
     floor = 1e-12 * power  # what rounding leaves of a series that a recursion foretells

@@ -1,4 +1,4 @@
-"""Spectra of short series: power in bands, and how it rises towards the lowest frequencies."""
+"""Spectra of short series: power in bands, and the exponent at the lowest frequencies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ BANDS, FEWEST = 12, 3
 
 
 def band_powers(rows: np.ndarray) -> np.ndarray:
-    """Logarithm of the mean power in up to 12 bands, equally wide in log f; shape (rows, bands)."""
+    """Log mean power in up to 12 bands of equal width in log f; shape (rows, bands)."""
     n = rows.shape[-1]
     edges = [1]
     for edge in np.geomspace(1, n // 2 + 1, BANDS + 1)[1:]:
@@ -23,7 +23,7 @@ def band_powers(rows: np.ndarray) -> np.ndarray:
 
 
 def misfit(data: np.ndarray, surrogates: np.ndarray) -> float:
-    """Distance of a spectrum from the mean of others, by the median of what those have.
+    """Distance of a spectrum from the mean of others, over the median of their distances.
 
     Each of the others is compared with the mean of the rest; about 1 where all are of one kind.
     """

@@ -1,4 +1,4 @@
-"""How far the return map is a function: the share of an interval that the last one decides."""
+"""Determinism of the return map: share of variance that the previous interval explains."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .surrogates import longest_stretch
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReturnMapDeterminism(Shown):
-    """What `return_map_determinism` found.
+    """Share of variance explained by the return map, beside that of surrogates.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class ReturnMapDeterminism(Shown):
     warnings: tuple[str, ...] = ()
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the result in words."""
         words = (
             f"an interval decides {self.explained:.3g} of the variance of the one {self.lag} later "
             f"(in random order {self.surrogates.mean():.2g}, "
@@ -70,7 +70,7 @@ class ReturnMapDeterminism(Shown):
 def return_map_determinism(
     x: Any, lag: int = 1, *, neighbors: int | None = None, count: int = 99, seed: Seed = None
 ) -> ReturnMapDeterminism:
-    """Share of the variance of x_{i+lag} that its nearest neighbours in the return map explain.
+    """Share of the variance of x_{i+lag} that nearest neighbours in the return map explain.
 
     With p_i the mean of x_{j+lag} over the k values x_j nearest to x_i, i itself and those within
     `lag` steps of it left out,

@@ -1,4 +1,4 @@
-"""How well the past of a series foretells what comes next: nonlinear prediction error."""
+"""Nonlinear prediction error, and time-reversal asymmetry."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEIGHBOR_SHARE = 0.01  # of the delay vectors, as Sauer takes them
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PredictionError(Shown):
-    """What `prediction_error` found, for every horizon.
+    """Normalised prediction errors for every horizon.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class PredictionError(Shown):
         return float(self.error[0])
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the result in words."""
         step = "step" if self.horizon[0] == 1 else "steps"
         return (
             f"{self.value:.3g} standard deviations {self.horizon[0]} {step} ahead, from "
@@ -94,7 +94,7 @@ def prediction_error(
     theiler: int | None = None,
     predictor: Predictor = "constant",
 ) -> PredictionError:
-    """Normalised error of predicting a series from the nearest of its own delay vectors.
+    """Normalised error of nearest-neighbour predictions of a series.
 
     For each delay vector v_i = (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) the k nearest others are
     looked up and what came h steps after their ends is averaged to a prediction p_i; the error is

@@ -1,4 +1,4 @@
-"""Is it more than noise? A statistic of the data against the same of their surrogates."""
+"""`surrogate_test`: a statistic of the data against the same of surrogates."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class SurrogateTest(Shown):
 
     @property
     def deviation(self) -> float | None:
-        """From the mean of the surrogates, in their standard deviations; None where they agree."""
+        """Deviation from the surrogates' mean in standard deviations; None if they all agree."""
         if self.surrogates.min() == self.surrogates.max():
             return None
         spread = float(self.surrogates.std(ddof=1))
@@ -140,7 +140,7 @@ def surrogate_test(
     alternative: Alternative | None = None,
     seed: Seed = None,
 ) -> SurrogateTest:
-    """Test whether a series is more than what its surrogates are, by a statistic's rank.
+    """Test a series against its surrogates, by the rank of a statistic.
 
     The statistic is worked out for the data and for `count` surrogates (Theiler et al.
     [Theiler1992]_). With L surrogates at or below that of the data and G at or above it,
@@ -295,7 +295,7 @@ def _rank_p_value(own: float, others: np.ndarray, alternative: Alternative) -> f
 
 
 def _oddities(x: np.ndarray) -> tuple[str, ...]:
-    """What makes a series unlike both the null hypothesis and chaos."""
+    """Properties that neither the null hypothesis nor chaos explains."""
     period = _period(x)
     if period:
         return (f"the series is periodic: it repeats every {period} values",)
@@ -309,7 +309,7 @@ def _oddities(x: np.ndarray) -> tuple[str, ...]:
 
 
 def _doubts(data: np.ndarray, spectrum_error: float | None) -> Iterator[str]:
-    """What is said of the spectrum."""
+    """Warnings about the spectrum of the surrogates."""
     if spectrum_error is not None and spectrum_error > WORST_SPECTRUM:
         yield (
             f"the spectrum of the surrogates is {spectrum_error:.2g} times as far from that of the "
@@ -325,7 +325,7 @@ def _doubts(data: np.ndarray, spectrum_error: float | None) -> Iterator[str]:
 
 
 def _period(x: np.ndarray) -> int:
-    """Values after which the series repeats, at least three times; 0 where it does not.
+    """Number of values after which the series repeats, at least three times; 0 if it does not.
 
     In the mean square, so that a little jitter counts, and from each cycle to the next, so that a
     drift does: a series that does either is rejected as well without being chaotic.

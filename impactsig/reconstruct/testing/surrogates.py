@@ -1,4 +1,4 @@
-"""Surrogates: random series that share with the data all that a null hypothesis allows them."""
+"""Surrogates: random series that keep what the null hypothesis allows."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Surrogates(Shown):
         return len(self.values)
 
     def describe(self) -> str:
-        """In words."""
+        """Describe the surrogates in words."""
         count, n = self.values.shape
         words = f"{count} {self.method} surrogates of {n} values ({NULL[self.method]})"
         if self.method == "autoregressive":
@@ -83,7 +83,7 @@ class Surrogates(Shown):
 def surrogates(
     x: Any, count: int = 1, method: Method = "autoregressive", *, seed: Seed = None
 ) -> Surrogates:
-    """Random series that share with `x` what a null hypothesis says, and nothing else.
+    """Surrogate series that share with `x` what a null hypothesis states, and are else random.
 
     - "autoregressive": the values of `x`, all of them, in the order of a linear Gaussian process
       that is correlated as the data are [Buhlmann1997]_. Null hypothesis: a linear Gaussian process
@@ -141,7 +141,7 @@ def surrogates(
 def rows_of(
     x: np.ndarray, ascending: np.ndarray, count: int, method: Method, seed: Seed
 ) -> tuple[np.ndarray, int]:
-    """Surrogates that have `ascending` for the values by their rank, and the order of the process.
+    """Surrogates with `ascending` as values by rank, in the order of a random process.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def rows_of(
 
 
 def longest_stretch(x: Any) -> tuple[np.ndarray, tuple[str, ...]]:
-    """The values between two gaps that are most, and how many were left; they are not constant.
+    """The longest stretch between gaps, and how many values are left out.
 
     Surrogates have no gaps, and what they are compared with must be as long and as whole.
     """
