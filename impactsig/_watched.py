@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
-from typing import Any
+from typing import Any, TypeVar
 
 from ._arguments import flag
+
+Result = TypeVar("Result")
 
 DELAY = 1.0
 """Seconds of work before a bar is shown that nobody asked for."""
@@ -42,6 +44,14 @@ def progress(
         total=total, initial=done, unit=unit, unit_scale=True, delay=delay, leave=leave
     ) as bar:
         yield bar.update
+
+
+def counted(results: Iterable[Result], total: int, unit: str) -> Iterator[Result]:
+    """Yield results as they come, and show how many have; by default if watched."""
+    with progress(total, unit, leave=False) as advance:
+        for result in results:
+            advance(1)
+            yield result
 
 
 @contextmanager

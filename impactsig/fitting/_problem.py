@@ -34,6 +34,7 @@ class Problem:
     beginnings: Beginnings = field(init=False)
     floor: float = 0.0  # of the strengths' noise, by their mean
     orbit: Callable[[Train], np.ndarray] | None = None
+    advance: Callable[[int], Any] = lambda trains: None  # is given how many trains were simulated
 
     def __post_init__(self) -> None:
         self.moments = Moments.of(self.train)
@@ -75,6 +76,7 @@ class Problem:
     def simulate(self, psi: np.ndarray) -> Train:
         """Simulate measured trains at parameters, shape (n, names)."""
         self.evaluations += len(psi)
+        self.advance(len(psi))
         values = {n: np.broadcast_to(v, len(psi)) for n, v in self.values(psi).items()}
         impacts = self.share * len(self.train.x)
         return simulated(

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._watched import progress
 from ._followed import Followed, Laid, Seen
 
 ROUNDS, ENDS, STEPS, TRIALS = 5, 6, 8, 5
@@ -82,17 +83,19 @@ def together(
     """
     near: list[Joint] = []
     seeds = rng.integers(2**32, size=len(seen)).tolist()
-    for number in range(ROUNDS + ENDS):
-        if number >= ROUNDS:  # other states beside the instants, and so other courses
-            seeds = rng.integers(2**32, size=len(seen)).tolist()
-        found = _round(layout, theta, seen, box, seeds)
-        if found is None:
-            return None
-        theta, seen = found.theta, found.seen
-        if number in MENDED:
-            theta = _elsewhere(layout, theta, seen, box, seeds)
-        if number >= ROUNDS:
-            near.append(found)
+    with progress(ROUNDS + ENDS, " rounds", leave=False) as advance:
+        for number in range(ROUNDS + ENDS):
+            if number >= ROUNDS:  # other states beside the instants, and so other courses
+                seeds = rng.integers(2**32, size=len(seen)).tolist()
+            found = _round(layout, theta, seen, box, seeds)
+            if found is None:
+                return None
+            theta, seen = found.theta, found.seen
+            if number in MENDED:
+                theta = _elsewhere(layout, theta, seen, box, seeds)
+            if number >= ROUNDS:
+                near.append(found)
+            advance(1)
     return _mean(layout, near)
 
 

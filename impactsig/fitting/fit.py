@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, cast, overload
 
-import numpy as np
-
 from .._arguments import Seed, flag, streams
+from .._watched import progress
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Oscillator
@@ -179,21 +178,14 @@ def fit_oscillator(
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
     used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
-    return _fit(impacts, frequency, names, known, limits, used, rng)
-
-
-def _fit(
-    impacts: Impacts,
-    frequency: float,
-    names: tuple[str, ...],
-    known: dict[str, float],
-    limits: dict[str, tuple[float, float]],
-    used: str | None,
-    rng: np.random.Generator,
-) -> OscillatorFit:
     strength = None if used is None else strengths_of(impacts, used)
     train = as_train(impacts, frequency, strength)
-    problem = Problem(names, known, limits, frequency, train, rng)
+    with progress(None, " trains", leave=False) as advance:
+        problem = Problem(names, known, limits, frequency, train, rng, advance=advance)
+        return _fit(problem, impacts, used)
+
+
+def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
     tries = []
     for _ in range(TRIES):
         estimate = _estimate(problem)

@@ -93,6 +93,17 @@ def test_parts_of_a_sum_are_counted(told, workers):
     assert told == [["parts", 7, 7, 1.0]]
 
 
+def test_starts_of_basins_and_points_of_branches_are_counted(told):
+    beam = impactsig.scenes.karpodinis
+    impactsig.basins_of_attraction(beam(22.1), [0.0, 0.1], [0.0], workers=1)
+    assert ["tiles", 1, 1, 1.0] in told
+    impactsig.basins_of_attraction(impactsig.flows.lorenz(rho=10.0), [0.0, 0.1], [0.1],
+                                   section=("z", 5.0), workers=1)  # fmt: skip
+    assert ["starts", 2, 2, 1.0] in told
+    branch = impactsig.continue_orbit(beam, (22.1, 22.2), most=4)
+    assert ["points", len(branch) - 1, None, 1.0] in told
+
+
 def test_warming_up_is_shown_from_its_beginning(told, monkeypatch):
     monkeypatch.setattr(_warmup_command, "watched", lambda: True)
     monkeypatch.setattr(_warmup_command, "TASKS", {"nothing": lambda folder: None})

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..._watched import counted
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
@@ -43,7 +44,7 @@ def ends(
     """Index of the attractor of each start (-1: none), the attractors, and failures."""
     follow = _follower(system, section, phase, periods, closed)
     with ThreadPoolExecutor(threads) as pool:
-        found = list(pool.map(follow, starts.tolist()))
+        found = list(counted(pool.map(follow, starts.tolist()), len(starts), " starts"))
     attractors: list[End] = []
     labels = [_label(end, attractors, ALIKE * closed) for end in found]
     return np.array(labels), attractors, sum(end.status != "complete" for end in found)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
+from ..._watched import counted
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ...simulate.basis.events import MODE, STROBE, STROBE_IMPACTS
@@ -117,7 +118,8 @@ class Survey:
             )
         tiles = [slice(at, at + TILE) for at in range(0, len(places), TILE)]
         with ThreadPoolExecutor(self.workers) as pool:
-            parts = list(pool.map(lambda tile: self._tile(places[tile], known), tiles))
+            following = pool.map(lambda tile: self._tile(places[tile], known), tiles)
+            parts = list(counted(following, len(tiles), " tiles"))
         found = Found(
             np.concatenate([status for status, _, _ in parts]),
             np.concatenate([label for _, label, _ in parts]),

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._watched import progress
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.flows import Flow
@@ -162,35 +163,38 @@ class Continuation:
         points, special, status = [here], list[SpecialPoint](), "most points"
         ds = FIRST
         low, high = sorted((self.first, self.last))
-        while len(points) < most:
-            here = points[-1]
-            following = self.point(_ahead(points, ds), here.tangent, here.tangent)
-            bent = following is not None and following.tangent @ here.tangent < 0.95
-            if following is None or (bent and ds > 1e-4):
-                ds /= 2
-                if ds < SHORTEST:
+        with progress(None, " points", leave=False) as advance:
+            while len(points) < most:
+                here = points[-1]
+                following = self.point(_ahead(points, ds), here.tangent, here.tangent)
+                bent = following is not None and following.tangent @ here.tangent < 0.95
+                if following is None or (bent and ds > 1e-4):
+                    ds /= 2
+                    if ds < SHORTEST:
+                        status = self._end(points, special)
+                        break
+                    continue
+                if not low <= following.parameter <= high:
+                    status = "end of range"
+                    edge = low if following.parameter < low else high
+                    final = self._at_edge(here, following, edge)
+                    if final is not None:
+                        special += self._between(here, final, len(points) - 1)
+                        points.append(final)
+                        advance(1)
+                    break
+                special += self._between(here, following, len(points) - 1)
+                points.append(following)
+                advance(1)
+                if self._grazes(points):
                     status = self._end(points, special)
                     break
-                continue
-            if not low <= following.parameter <= high:
-                status = "end of range"
-                edge = low if following.parameter < low else high
-                final = self._at_edge(here, following, edge)
-                if final is not None:
-                    special += self._between(here, final, len(points) - 1)
-                    points.append(final)
-                break
-            special += self._between(here, following, len(points) - 1)
-            points.append(following)
-            if self._grazes(points):
-                status = self._end(points, special)
-                break
-            if self._near_impact(following.orbit):
-                points[-1] = self._elsewhere(following)
-            if following.iterations <= 3:
-                ds = min(1.5 * ds, LONGEST)
-            elif following.iterations > 5:
-                ds /= 2
+                if self._near_impact(following.orbit):
+                    points[-1] = self._elsewhere(following)
+                if following.iterations <= 3:
+                    ds = min(1.5 * ds, LONGEST)
+                elif following.iterations > 5:
+                    ds /= 2
         return self._branch(points, special, status)
 
     def _between(self, before: _Point, after: _Point, index: int) -> list[SpecialPoint]:
