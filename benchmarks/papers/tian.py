@@ -71,7 +71,7 @@ def optimum() -> list[Outcome]:
         for amplitude in ((0.1, 2.0), (0.1, 1.0)):
             samples = ContactSamples.draw(400, velocity=velocity, amplitude=amplitude, seed=SEED)
             fit = fit_soft_stop(0.85, samples=samples)
-            told = f"zeta_1 = {fit.stop.damping:.4f}"
+            told = f"zeta_1 = {fit.stop.damping:.3f}"
             box = f"velocity {velocity[0]}-{velocity[1]}, A {amplitude[0]}-{amplitude[1]}"
             found.append(Outcome(box, told, abs(fit.stop.damping / 10.3288336 - 1) < 1e-3))
     return found

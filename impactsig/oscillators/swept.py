@@ -58,7 +58,7 @@ class Swept:
     >>> from impactsig import Swept, scenes, simulate
     >>> up = Swept(scenes.karpodinis(20.0), frequency_rate=0.5, start=2.0)
     >>> motion = simulate(up, duration=4.0, transient=2.0)
-    >>> up.frequency(motion.stop)
+    >>> round(up.frequency(motion.stop), 6)
     22.0
     """
 
