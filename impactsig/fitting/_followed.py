@@ -1,7 +1,7 @@
 """A measured train of instants, and the orbit of an oscillator beside it.
 
 As in `_orbit`, at given parameters the orbit is found by `smooth`, but it begins at the likeliest
-course of the oscillator through the train (`_path`), which has told already what is false and what
+course of the oscillator through the train (`_path`), which has found already what is false and what
 was missed. Velocities are not measured: they are held to where they were a step before, so that
 they pull at no parameter once these rest.
 """
@@ -23,11 +23,11 @@ from ._path_kernels import LOST, Chain
 SLACKS = np.array([3e-4, 3e-5])
 HELD, MOVED, FREE = 0.3, 1.0, 50.0
 """Of the velocities, in gaps times omega_n: at first, as the parameters move, and in what these
-are told by, so that the velocities do not hold them back."""
+are found from, so that the velocities do not hold them back."""
 ITERATIONS, CLOSE = 20, 1e-4
 GRAZING = 0.03
-"""Velocity of an impact, in gaps times omega_n, from which down a leg is left out: what it tells of
-the parameters grows without limit, and holds in no neighbourhood."""
+"""Velocity of an impact, in gaps times omega_n, from which down a leg is left out: its information
+about the parameters grows without limit, and holds in no neighbourhood."""
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
 
@@ -46,7 +46,7 @@ class Seen(NamedTuple):
 
 
 class Laid(NamedTuple):
-    """An orbit at some parameters, and what it tells of them."""
+    """An orbit at some parameters, with its information about them."""
 
     loss: float  # half of the objective
     gradient: np.ndarray
@@ -81,7 +81,7 @@ class Followed:
         return cls(seen, path.real, led & _hard(node), node, path.missed, broken)
 
     def laid(self, theta: np.ndarray) -> Laid:
-        """The orbit at other parameters nearby, and what it tells of them."""
+        """The orbit at other parameters nearby, with its information about them."""
         machine, noise, node = machine_of(theta), self.seen.chain.jitter, self.node.copy()
         found = smooth(
             machine, 1.0, Noise(noise, MOVED), SLACKS[-1], self.held, self.led, node,

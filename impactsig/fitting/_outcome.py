@@ -46,24 +46,24 @@ def outcome(
     frequency = problem.forcing_frequency
     values = {name: float(value) for name, value in problem.values(estimate.psi).items()}
     names, count = problem.free, len(problem.free)
-    told = intervals_of(problem, estimate.psi, estimate.covariance)
+    intervals = intervals_of(problem, estimate.psi, estimate.covariance)
     machine = oscillator(values, frequency)
-    untold = tuple(name for name in names if not math.isfinite(told[name][0]))
+    undetermined = tuple(name for name in names if not math.isfinite(intervals[name][0]))
     periodic = settles(machine)
-    if periodic or untold:
-        told |= dict.fromkeys(names, (-math.inf, math.inf))
-    warnings = warnings_of(untold, periodic, used is not None, verdict)
+    if periodic or undetermined:
+        intervals |= dict.fromkeys(names, (-math.inf, math.inf))
+    warnings = warnings_of(undetermined, periodic, used is not None, verdict)
     train = problem.simulate(estimate.psi[None])
     simulated = as_impacts(train, frequency, problem.periods)
     chain = {name: values[name] for name in problem.names[count:]}
     chain["jitter"] /= frequency
     if used is not None:
         chain["strength_floor"] = problem.floor
-    spread = {name: told[name] for name in problem.names[count:]}
+    spread = {name: intervals[name] for name in problem.names[count:]}
     spread["jitter"] = tuple(np.array(spread["jitter"]) / frequency)
     return OscillatorFit(
         {name: values[name] for name in (*problem.known, *names)},
-        {name: told[name] for name in names},
+        {name: intervals[name] for name in names},
         names,
         estimate.covariance[:count, :count],
         tuple(problem.kind(name).logarithmic for name in names),
@@ -91,7 +91,7 @@ def outcome(
 def intervals_of(
     problem: Any, psi: np.ndarray, covariance: np.ndarray
 ) -> dict[str, tuple[float, float]]:
-    """Those of everything that is sought; from -inf to inf where it is not told."""
+    """Those of everything that is sought; from -inf to inf where it is not determined."""
     deviations = np.sqrt(np.diag(covariance))
     return {
         name: interval_of(name, problem.kind(name), float(centre), float(deviation))
@@ -113,12 +113,12 @@ def interval_of(name: str, kind: Parameter, centre: float, deviation: float) -> 
 
 
 def warnings_of(
-    untold: tuple[str, ...], settles: bool, strengths: bool, verdict: Judgement
+    undetermined: tuple[str, ...], settles: bool, strengths: bool, verdict: Judgement
 ) -> tuple[str, ...]:
     """What to know before the numbers are used."""
     found = []
-    if untold:
-        found = [not_told(untold)]
+    if undetermined:
+        found = [not_determined(undetermined)]
     if settles:
         found = [
             "the oscillator found moves periodically: one period cannot tell its parameters, "
@@ -140,8 +140,8 @@ def warnings_of(
     return tuple(found)
 
 
-def not_told(names: tuple[str, ...]) -> str:
-    """What to know where parameters are not told."""
+def not_determined(names: tuple[str, ...]) -> str:
+    """The warning where parameters are not determined."""
     # The less of the energy the damping takes, the more the stop must take, and so on.
     named = " and the ".join(name.replace("_", " ") for name in names)
     return (

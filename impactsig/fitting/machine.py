@@ -11,7 +11,7 @@ import numpy as np
 
 from .._showing import Shown
 from ._machine import PARAMETERS
-from ._outcome import ALONE, interval_of, not_told
+from ._outcome import ALONE, interval_of, not_determined
 from .result import OscillatorFit
 
 if TYPE_CHECKING:
@@ -89,10 +89,10 @@ class MachineFit(Shown):
         lines = []
         for name in self.free:
             low, high = self.intervals[name]
-            told = f"95 % interval {low:.4g} to {high:.4g}"
+            interval = f"95 % interval {low:.4g} to {high:.4g}"
             if not math.isfinite(low):
-                told = "not told by these impacts"
-            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({told})")
+                interval = "not determined by these impacts"
+            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({interval})")
         if "amplitude" not in self.values:
             own = [run.values["amplitude"] for run in self.runs]
             lines.append(f"amplitudes {min(own):.4g} to {max(own):.4g}")
@@ -139,11 +139,11 @@ def machine_of_runs(
     for name, deviation in zip(shared, deviations, strict=False):
         kind = PARAMETERS[name]
         intervals[name] = interval_of(name, kind, kind.scale(first.values[name]), deviation)
-    untold = tuple(name for name in shared if not math.isfinite(intervals[name][0]))
+    undetermined = tuple(name for name in shared if not math.isfinite(intervals[name][0]))
     warnings = [ALONE]
-    if untold:
+    if undetermined:
         intervals = dict.fromkeys(shared, (-math.inf, math.inf))
-        warnings.insert(0, not_told(untold))
+        warnings.insert(0, not_determined(undetermined))
     if periodic:
         warnings.append(f"{len(periodic)} periodic trains left aside: they tell too little")
     if p_value <= MISFIT:

@@ -176,10 +176,10 @@ class OscillatorFit(Shown):
         lines = []
         for name in self.free:
             low, high = self.intervals[name]
-            told = f"95 % interval {low:.4g} to {high:.4g}"
+            interval = f"95 % interval {low:.4g} to {high:.4g}"
             if not math.isfinite(low):
-                told = "not told by these impacts"
-            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({told})")
+                interval = "not determined by these impacts"
+            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({interval})")
         chain = self.chain
         noise = f"jitter {1e3 * chain['jitter']:.3g} ms, missed {chain['missed']:.1%}, "
         noise += f"spurious {chain['spurious']:.1%}"

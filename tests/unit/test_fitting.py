@@ -451,7 +451,7 @@ def test_a_fit_can_be_simulated_described_and_drawn(fitted):
     assert fitted.comparison.interval.wasserstein < 0.1 * fitted.measured.intervals().mean()
     untold = dict.fromkeys(fitted.free, (-math.inf, math.inf))
     unsure = replace(fitted, intervals=untold, warnings=("why",))
-    assert "not told" in str(unsure)
+    assert "not determined" in str(unsure)
     assert unsure.plot()[1, 1].texts[0].get_text() == "why"
     pyplot.close("all")
 
