@@ -12,7 +12,7 @@ import numpy as np
 from .._showing import Shown
 from ._machine import PARAMETERS
 from ._outcome import ALONE, interval_of, not_determined
-from .result import OscillatorFit
+from .result import OscillatorFit, in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,13 +86,7 @@ class MachineFit(Shown):
 
     def describe(self) -> str:
         """The numbers in a few lines of words."""
-        lines = []
-        for name in self.free:
-            low, high = self.intervals[name]
-            interval = f"95 % interval {low:.4g} to {high:.4g}"
-            if not math.isfinite(low):
-                interval = "not determined by these impacts"
-            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({interval})")
+        lines = [in_words(name, self.values[name], self.intervals[name]) for name in self.free]
         if "amplitude" not in self.values:
             own = [run.values["amplitude"] for run in self.runs]
             lines.append(f"amplitudes {min(own):.4g} to {max(own):.4g}")

@@ -173,13 +173,7 @@ class OscillatorFit(Shown):
 
     def describe(self) -> str:
         """The numbers in a few lines of words."""
-        lines = []
-        for name in self.free:
-            low, high = self.intervals[name]
-            interval = f"95 % interval {low:.4g} to {high:.4g}"
-            if not math.isfinite(low):
-                interval = "not determined by these impacts"
-            lines.append(f"{name.replace('_', ' ')} {self.values[name]:.4g} ({interval})")
+        lines = [in_words(name, self.values[name], self.intervals[name]) for name in self.free]
         chain = self.chain
         noise = f"jitter {1e3 * chain['jitter']:.3g} ms, missed {chain['missed']:.1%}, "
         noise += f"spurious {chain['spurious']:.1%}"
@@ -204,3 +198,12 @@ class OscillatorFit(Shown):
 
     def __str__(self) -> str:
         return self.describe()
+
+
+def in_words(name: str, value: float, interval: tuple[float, float]) -> str:
+    """A parameter with its interval."""
+    low, high = interval
+    known = f"95 % interval {low:.4g} to {high:.4g}"
+    if not math.isfinite(low):
+        known = "not determined by these impacts"
+    return f"{name.replace('_', ' ')} {value:.4g} ({known})"

@@ -6,14 +6,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from .._arguments import thread_count
-from .._watched import progress
+from .._watched import counted
 
 
 def in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
     """part(0), part(1), ... in that order, computed by a number of threads."""
-    threads, done = thread_count(workers), []
-    with ThreadPoolExecutor(threads) as pool, progress(parts, " parts", leave=False) as advance:
-        for one in map(part, range(parts)) if threads == 1 else pool.map(part, range(parts)):
-            done.append(one)
-            advance(1)
-    return done
+    threads = thread_count(workers)
+    with ThreadPoolExecutor(threads) as pool:
+        results = map(part, range(parts)) if threads == 1 else pool.map(part, range(parts))
+        return list(counted(results, parts, " parts"))

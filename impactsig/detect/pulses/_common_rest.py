@@ -120,13 +120,11 @@ def _samples(row, x, origin, room):
 
 
 @allocating
-def common_rest(rows, alike, x, origin, room):
+def common_rest(rows, clear, x, origin, room):
     """The rest of the shape of clear pulses over their heights, in BINS stretches."""
     total, weight = np.zeros(BINS), np.zeros(BINS)
-    for j in alike:
+    for j in clear:
         row = rows[j]
-        if not is_clear(row):
-            continue
         kept = row[FIT:]
         p = kept[NOW : NOW + WIDER].copy()
         p[POWERS] = 0.0
@@ -134,15 +132,15 @@ def common_rest(rows, alike, x, origin, room):
         points, means, curve = room.points[:count], room.means[:count], room.curve
         linearize(p, points, means, curve, room.normal)
         parts = parts_of(p)
-        first = inside(p, parts, points).first
-        last = inside(p, parts, points).last
+        within = inside(p, parts, points)
         noise = max(kept[NOISE] / (kept[SCALE] * math.sqrt(per)), EXACT * p[AMPLITUDE])
         one = (p[AMPLITUDE] / noise) ** 2
         for k in range(len(points)):
             place = math.floor(_place(points[k] - p[START], parts))
             if place < 0:
                 continue
-            rest = curve[REST, k - first] if first <= k < last else means[k]
+            drawn = within.first <= k < within.last
+            rest = curve[REST, k - within.first] if drawn else means[k]
             total[place] += one * rest / p[AMPLITUDE]
             weight[place] += one
     for b in range(BINS):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._arguments import Seed, choice, whole
 from ..._showing import Shown
-from ..._watched import progress
+from ..._watched import counted
 from ...errors import InvalidInput
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit
@@ -234,11 +234,9 @@ def surrogate_test(
     data = ranked(values, ascending)
     rows, _order = rows_of(values, ascending, count, surrogates, seed)
     own = _number(evaluate(data), name)
-    others = np.empty(count)
-    with progress(count, " surrogates", leave=False) as advance:
-        for number, row in enumerate(rows):
-            others[number] = _number(evaluate(row.copy()), name)
-            advance(1)
+    others = np.array([
+        _number(evaluate(row.copy()), name) for row in counted(rows, count, " surrogates")
+    ])  # fmt: skip
     others.flags.writeable = False
     spectrum_error = misfit(data, rows) if linear else None
     return SurrogateTest(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._watched import progress
+from ..._watched import counted
 from ...oscillators import Oscillator
 from ..basis.events import (
     COLUMNS,
@@ -205,9 +205,6 @@ class Moving:
 
 def in_threads(task: Callable[[int], Any], items: range, threads: int) -> list:
     """What a task gives for each item, in order; without a pool where that gains nothing."""
-    done = []
-    with ThreadPoolExecutor(threads) as pool, progress(len(items), " parts", leave=False) as step:
-        for one in map(task, items) if 1 in (threads, len(items)) else pool.map(task, items):
-            done.append(one)
-            step(1)
-    return done
+    with ThreadPoolExecutor(threads) as pool:
+        results = map(task, items) if 1 in (threads, len(items)) else pool.map(task, items)
+        return list(counted(results, len(items), " parts"))
