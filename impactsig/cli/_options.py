@@ -203,8 +203,9 @@ def detecting_options() -> Parser:
     )
     group.add_argument(
         "--polarity",
-        choices=("auto", "positive", "negative"),
-        help="direction of the pulses of a force record (default: that of the strongest)",
+        choices=("auto", "positive", "negative", "both"),
+        help="direction of the pulses of a force record (default: that of the strongest); both: "
+        "of one sensor between two stops",
     )
     group.add_argument(
         "--contact-level",

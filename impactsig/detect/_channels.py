@@ -42,6 +42,11 @@ def detect_channels(
     twice = [one for one in channels if list(channels).count(one) > 1]
     if twice:
         raise InvalidInput("channel", twice[0], "every channel once", _ONCE)
+    if options["polarity"] == "both" and count > 1:
+        raise InvalidInput(
+            "polarity", "both", "one direction for several channels",
+            "Search the channel of a sensor between two stops by itself",
+        )  # fmt: skip
     alike = sensors is None or isinstance(sensors, str)
     kinds = [sensors] * count if alike else list(sensors)
     if len(kinds) != count:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import Disturbance
-from ._force_impacts import ROW, ForceImpacts, Found
+from ._force_impacts import ROW, ForceImpacts, Found, stretches_of
 from .instrument.coupling import time_constant
 from .instrument.dropout_kernels import cut_off
 from .instrument.survey import survey
@@ -40,7 +40,7 @@ from .search.judging_kernels import (
     worst,
 )
 from .search.shoulder_kernels import Noise, tails
-from .search.span import Span
+from .search.span import NO_RUNS, Span
 from .search.spans import BESIDE, LEAST, Spans
 from .search.swing_kernels import bursts, swings_back
 from .signal.grid import Grid
@@ -68,7 +68,12 @@ class Wanted(NamedTuple):
 
 
 def detect_force(
-    pieces: Callable[[], Iterable[Piece]], rate: float, wanted: Wanted, *, in_memory: bool
+    pieces: Callable[[], Iterable[Piece]],
+    rate: float,
+    wanted: Wanted,
+    *,
+    in_memory: bool,
+    others: ForceImpacts | None = None,
 ) -> ForceImpacts | None:
     """Detect and measure the impacts; None if the record is constant or too short.
 
@@ -80,6 +85,8 @@ def detect_force(
         Samples a second.
     in_memory : bool
         The pieces are views that stay valid: no frame needs to be copied.
+    others : ForceImpacts, optional
+        Impacts that point the other way, whose pulses are left out.
     """
     record = survey(frames(pieces()), copy=not in_memory)
     if record.samples < LEAST_SAMPLES or record.lowest == record.highest:
@@ -87,20 +94,34 @@ def detect_force(
     greatest = max(abs(record.lowest), abs(record.highest))
     # A power of two changes no digit; squares of what is far from 1 would not be numbers.
     scale = 1.0 if 1e-60 < greatest < 1e60 else 2.0 ** -math.floor(math.log2(greatest))
-    constant = time_constant(record.strong, scale)
+    constant = time_constant(record.strong, scale) if others is None else others.constant
+    left_out = NO_RUNS if others is None else stretches_of(others)
     size = max(length for _, length in record.segments) if in_memory else 16 * FRAME
 
     def search(longest: float) -> ForceImpacts:
         grid = Grid(rate, longest * rate)
-        sign = wanted.polarity or direction(record, grid, scale, constant)
+        sign, either = wanted.polarity, False
+        if not sign:
+            sign, either = direction(record, grid, scale, constant)
         limit = record.highest if sign > 0 else -record.lowest
         found = Found(longest, scale, constant)
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
-                stretch = _Search(grid, total, sign, scale, limit, wanted, found, record.repeats)
+                stretch = _Search(
+                    grid,
+                    total,
+                    sign,
+                    scale,
+                    limit,
+                    wanted,
+                    found,
+                    repeats=record.repeats,
+                    left_out=left_out - frame.segment,
+                )
             stretch.feed(frame)
-        return found.result(sign, record.highest if sign > 0 else record.lowest)
+        result = found.result(sign, record.highest if sign > 0 else record.lowest)
+        return result._replace(either=either)
 
     if wanted.longest is not None:
         return search(wanted.longest)
@@ -122,7 +143,9 @@ class _Search:
         limit: float,
         wanted: Wanted,
         found: Found,
+        *,
         repeats: bool,
+        left_out: np.ndarray,
     ) -> None:
         self.grid, self.total, self.wanted, self.found = grid, total, wanted, found
         self.factor, self.limit = sign * scale, limit * scale
@@ -134,6 +157,7 @@ class _Search:
             wanted.skip,
             found.constant,
             repeats=repeats,
+            left_out=left_out,
         )
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is

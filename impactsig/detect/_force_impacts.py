@@ -9,7 +9,7 @@ import numpy as np
 from ..impacts import CLIPPED, Disturbance
 from .pulses.edges import ERRORS, FIT
 from .search.disturbances import joined
-from .search.span import Span
+from .search.span import Span, united
 from .search.spans import LEAST
 
 COLUMNS = 5  # start, contact, peak, impulse, rise
@@ -40,6 +40,19 @@ class ForceImpacts(NamedTuple):
     moves: bool  # something slower than that does
     silent: bool  # nothing at all moves between impacts
     in_step: int  # weak events that came once in each period of the mains, and were left out
+    either: bool = False  # many events point the other way
+
+
+BESIDE, AT_LEAST = 0.5, 2.0
+"""Contacts, and samples at least, to either side of a pulse that is left out with it."""
+
+
+def stretches_of(found: ForceImpacts) -> np.ndarray:
+    """First samples of the pulses with their margins, and those after the last, in order."""
+    start, contact = found.columns[:, 0], found.columns[:, 1]
+    margin = np.maximum(BESIDE * contact, AT_LEAST)
+    ends = (np.floor(start - margin), np.ceil(start + contact + margin) + 1.0)
+    return united(np.column_stack(ends).astype(np.int64))
 
 
 class Found:

@@ -10,9 +10,8 @@ from typing import Any, Literal
 import numpy as np
 
 from .._arguments import choice, flag, number
-from .._impact_columns import ERRORS
 from ..errors import InvalidInput
-from ..impacts import KINDS, Disturbance, Impacts
+from ..impacts import Impacts
 from ..recording import Recording, Sensor
 from ._asked import (
     parse_contact_level,
@@ -22,13 +21,14 @@ from ._asked import (
     refuse_other_than_default,
 )
 from ._channels import detect_channels
-from ._force import MOST_SAMPLES, Wanted, detect_force
+from ._finding import find_both_ways, find_force
+from ._force import Wanted
 from ._merge import Columns, keep_first, merge
-from ._notes import force_notes, ringing_note
+from ._notes import ringing_note
 from .signal.source import Gaps, Source, open_source
 
-Polarity = Literal["auto", "positive", "negative"]
-_SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0}
+Polarity = Literal["auto", "positive", "negative", "both"]
+_SIGNS = {"auto": 0.0, "positive": 1.0, "negative": -1.0, "both": 0.0}
 
 
 def detect_impacts(
@@ -68,8 +68,10 @@ def detect_impacts(
         Force: level that the response to an impact must reach (see Notes), in the recording's unit,
         or as a multiple of its noise, ``"6 sigma"``, in place of `least_probability`. Of force
         records only.
-    polarity : {"auto", "positive", "negative"}
-        Direction of the pulses of a force record; "auto" takes that of the strongest ones.
+    polarity : {"auto", "positive", "negative", "both"}
+        Direction of the pulses of a force record; "auto" takes that of the strongest ones. "both"
+        is for one sensor between two stops: `stop_index` is 0 where the pulse points upward, 1
+        where it points downward, and peaks are positive in either.
     contact_level : float or str
         Level above the baseline between whose crossings the contact time is taken: in the
         recording's unit, or as a share of each impact's own peak, ``"10 %"``. By default 0: from
@@ -283,7 +285,10 @@ def detect_channel(
     else:
         chosen = chosen._replace(least_probability=parse_probability(least_probability))
         wanted = Wanted(_SIGNS[polarity], chosen, level, relative, *span, skip_quiet)
-        columns, run = _find_force(opened, wanted, contact_level)
+        if polarity == "both":
+            columns, run = find_both_ways(opened, wanted, contact_level)
+        else:
+            columns, run = find_force(opened, wanted, contact_level)
     if dead_time > 0:
         columns = keep_first(columns, dead_time)
     if merge_within > 0:
@@ -304,91 +309,6 @@ def detect_channel(
         recorded_at=head.recorded_at,
         settings={**settings, "channel": head.channels[0]},
     )
-
-
-def _find_force(
-    source: Source, wanted: Wanted, contact_level: float | str
-) -> tuple[Columns, dict[str, Any]]:
-    if wanted.longest is not None and wanted.longest * source.head.rate > MOST_SAMPLES:
-        raise InvalidInput(
-            "contact_time",
-            (wanted.shortest, wanted.longest),
-            f"contacts of at most {MOST_SAMPLES:g} samples, {MOST_SAMPLES / source.head.rate:g} s",
-            "Resample the recording: such long contacts need fewer samples a second",
-        )
-    found = detect_force(source.pieces, source.head.rate, wanted, in_memory=source.in_memory)
-    rate, unit, start = source.head.rate, source.head.unit, source.head.start
-    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS, "probability")
-    if found is None:
-        columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
-        reason = "the record is constant, or too short to show its noise"
-        return columns, {"reason": reason, "settings": {}}
-    if wanted.level.sigma is not None and found.silent:
-        raise InvalidInput(
-            "threshold",
-            f"{wanted.level.sigma:g} sigma",
-            "a level in the unit",
-            "This record has no noise to take a multiple of",
-        )
-    first, contact, peak, impulse, rise = found.columns.T
-    values = (
-        start + first / rate,
-        contact / rate,
-        peak,
-        impulse / rate,
-        rise / rate,
-        *(found.errors / (rate, rate, 1.0, rate)).T,
-        found.probability,
-    )
-    columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}
-    level = found.threshold
-    if wanted.level.unit is not None:
-        level = wanted.level.unit
-    elif wanted.level.sigma is not None:
-        level = wanted.level.sigma * found.response_noise
-    reason = ""
-    if not len(first):
-        shown = f" {unit}" if unit else ""
-        reason = f"no pulse reaches the threshold of {level:.3g}{shown}"
-        if found.disturbances:
-            reason += f", but for what is none: {_counted(found.disturbances)}"
-    settings: dict[str, Any] = {
-        "least_probability": wanted.level.least_probability,
-        "polarity": "positive" if found.sign > 0 else "negative",
-        "width": found.width / rate,
-        "response_noise": found.response_noise,
-    }
-    if found.step:
-        settings["converter_step"] = found.step
-    if found.saturation is not None:
-        settings["saturation"] = found.saturation
-    if found.hum:
-        settings["hum"] = {f"{f:g} Hz": a for f, a in found.hum.items()}
-    if found.constant:
-        settings["ac_coupling"] = found.constant / rate
-    silent = [one.duration / rate for one in found.disturbances if one.kind == "dropout"]
-    if silent:
-        settings["dropouts"] = sum(silent)
-    if wanted.longest is not None:
-        settings["contact_time"] = (wanted.shortest, wanted.longest)
-    return columns, {
-        "threshold": level,
-        "noise": found.noise,
-        "contact_level": contact_level,
-        "reason": reason,
-        "notes": force_notes(found, rate, wanted.longest is None),
-        "disturbances": tuple(
-            Disturbance(one.kind, start + one.start / rate, one.duration / rate, one.height)
-            for one in found.disturbances
-        ),
-        "settings": settings,
-    }
-
-
-def _counted(disturbances: list[Disturbance]) -> str:
-    """Number of disturbances of each kind, in words."""
-    kinds = [one.kind for one in disturbances]
-    return ", ".join(f"{kinds.count(kind)} {KINDS[kind]}" for kind in dict.fromkeys(kinds))
 
 
 def _find_sound(source: Source, least_probability: float) -> tuple[Columns, dict[str, Any]]:

@@ -123,7 +123,7 @@ RAW = {
 DETECTION = {
     "separate_stops": Key(flag, "tell two stops apart in one microphone"),
     "threshold": Key(_any, 'a level in the unit, or "6 sigma"'),
-    "polarity": Key(_one_of("auto", "positive", "negative"), "direction of the pulses"),
+    "polarity": Key(_one_of("auto", "positive", "negative", "both"), "direction of the pulses"),
     "contact_level": Key(_any, 'level of contact times, or a share of the peak, "10 %"'),
     "contact_time": Key(_pair, "shortest and longest contact [s]"),
     "merge_within": Key(_from_zero, "impacts this close become one [s]"),

@@ -117,7 +117,7 @@ def analyse(
     stops: Sequence[int | None] | None = None,
     separate_stops: bool | None = None,
     threshold: float | str | None = None,
-    polarity: Literal["auto", "positive", "negative"] | None = None,
+    polarity: Literal["auto", "positive", "negative", "both"] | None = None,
     contact_level: float | str | None = None,
     contact_time: tuple[float, float] | None = None,
     merge_within: float | None = None,

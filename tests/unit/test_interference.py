@@ -247,3 +247,14 @@ def test_weak_pulses_in_every_period_of_the_mains_are_named():
     hit, false = within(found_in(samples, threshold=0.7), times, 5e-4)
     assert hit >= 0.95 * len(times)
     assert false <= 5
+
+
+@pytest.mark.parametrize("strongest", [1.0, 10.0])
+def test_weak_impacts_are_found_beside_ones_a_thousand_times_as_strong(strongest):
+    """As near grazing: all of them stand clear of the noise."""
+    rng = np.random.default_rng(31)
+    times = times_of(rng, 60, 0.08)
+    height = strongest * 10 ** -rng.uniform(0, 3, len(times))
+    samples = sum(h * pulses([time], 0.8e-3) for h, time in zip(height, times, strict=True))
+    samples += 4e-5 * strongest * rng.standard_normal(len(samples))
+    assert within(found_in(samples), times, 0.4e-3) == (len(times), 0)

@@ -31,13 +31,19 @@ CHANCE = 3.0
 """Standard deviations of the lead that chance gives, from which single samples are left out."""
 UNDECIDED = 0.2
 """Lead that does not decide on the direction."""
+EITHER = 0.75
+"""Lead up to which there may be impacts on two stops."""
 
 
-def direction(record: Survey, grid: Grid, scale: float, constant: float) -> float:
+def direction(record: Survey, grid: Grid, scale: float, constant: float) -> tuple[float, bool]:
     """Polarity of the pulses, by a vote of the events in the steepest stretches.
 
     What is recorded behind an AC coupling of that time constant [samples] swings either way. Hum
     does so too, and a short stretch does not show it.
+
+    Returns
+    -------
+    (1 or -1, whether many events point the other way)
     """
     frames = [x for x, _ in record.frames]
     hums = any(_hums(x, scale, grid) for x in frames[:HUMS])
@@ -52,9 +58,8 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> floa
         if clear or abs(again.lead) > min(CHANCE / math.sqrt(again.votes), abs(found.lead)):
             found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
-    return math.copysign(
-        1.0, found.lead if abs(found.lead) > UNDECIDED else found.lead + found.lean
-    )
+    lead = found.lead if abs(found.lead) > UNDECIDED else found.lead + found.lean
+    return math.copysign(1.0, lead), abs(found.lead) <= EITHER and found.clear >= FEW
 
 
 class _Vote(NamedTuple):

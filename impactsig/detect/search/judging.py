@@ -12,11 +12,18 @@ from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
 from ..signal.probability import probabilities
 from .event_kernels import EVENT
-from .judging_kernels import SEVERAL, UNLIKE, apart, certainty, levels, lobes, ringing
+from .judging_kernels import (
+    SEVERAL,
+    UNLIKE,
+    apart,
+    certainty,
+    levels,
+    lobes,
+    ringing,
+    strong_enough,
+)
 from .span import Faint, Span
 
-FLOOR = 0.005
-"""Of the height of the strong ones around: the least automatic threshold."""
 FAINT_FLOOR = 0.02
 """The same for fainter ones than are certain, which a sensor's ringing may be."""
 FAINT, IN_STEP = 12.0, 0.98
@@ -74,7 +81,9 @@ class Judge:
         )
         self.probability = np.empty(len(near))
         certainty(near, self.usual, self.usual_level, level_else, self.probability)
-        self.certain = (self.probability >= 0.5) & (near[:, 2] >= FLOOR * self.height)
+        self.strong = np.empty(len(near), np.bool_)
+        strong_enough(near, self.usual, self.usual_level, self.height, self.strong)
+        self.certain = (self.probability >= 0.5) & self.strong
         self._choose(self.certain if not level.given else self._given())
         self.faint, self.faint_probability = np.empty((0, EVENT)), np.empty(0)
 
@@ -178,7 +187,7 @@ class Judge:
         if self.level.given:
             return
         least = self.level.least_probability
-        high = (self.probability >= least) & (self.events[:, 2] >= FLOOR * self.height)
+        high = (self.probability >= least) & self.strong
         if not np.array_equal(high, self.high):
             self._choose(high)
         if not len(self.faint):

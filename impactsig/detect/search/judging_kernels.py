@@ -23,6 +23,11 @@ TOO_LONG = 1.2
 WIDER, MUCH_WIDER, NARROW, STANDS = 10.0, 40.0, 0.5, 7.0
 """Times its response's width that a pulse may be without more ado; at most, and less than which,
 where it is as high as so many times the noise of responses at its own width."""
+FLOOR, ALONE = 0.005, 0.0005
+"""Of the height of the strong ones around: least one of an impact, and of one that stands alone."""
+CLEAR, STRONGER, DIED_AWAY = 2.0, 3.0, 60.0
+"""Times the level of certainty that such a one reaches; it follows none so many times as high
+within so many widths."""
 LOBES = 32
 """Samples to either side of a very short pulse where its filter rings."""
 
@@ -267,6 +272,30 @@ def measured_ringing(rows, near):
         events[k, 2] = rows[k, 2]
     ringing(events, near, out)
     return out
+
+
+@kernel
+def strong_enough(events, usual, level, height, out):
+    """Mark events that are not too weak beside the strong ones around.
+
+    Those above `FLOOR` of their height are; above `ALONE` of it those of the usual width that stand
+    clear of the noise, since a sensor's ringing after a stronger one has died away.
+
+    Parameters
+    ----------
+    events : array (n, EVENT)
+        In the order of time, but for what two seconds share at their border.
+    """
+    for k in range(len(events)):
+        out[k] = events[k, 2] >= FLOOR * height
+        weak = ALONE * height <= events[k, 2] < FLOOR * height
+        if not weak or events[k, 3] < CLEAR * level or not alike(events[k, 1], usual):
+            continue
+        out[k] = True
+        i = k - 1
+        while i >= 0 and events[k, 0] - events[i, 0] < DIED_AWAY * usual:
+            out[k] &= events[i, 2] < STRONGER * events[k, 2]
+            i -= 1
 
 
 @kernel

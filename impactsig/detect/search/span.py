@@ -16,6 +16,16 @@ NOTHING, NO_RUNS = np.empty(0, np.int64), np.empty((0, 2), np.int64)
 NO_CRESTS, NO_EVENTS = np.empty((0, CREST)), np.empty((0, EVENT))
 
 
+def united(runs: np.ndarray) -> np.ndarray:
+    """Runs of samples in order, those that overlap as one."""
+    if not len(runs):
+        return runs
+    runs = runs[np.argsort(runs[:, 0], kind="stable")]
+    reach = np.maximum.accumulate(runs[:, 1])
+    new = np.flatnonzero(runs[1:, 0] > reach[:-1]) + 1
+    return np.column_stack((runs[np.r_[0, new], 0], reach[np.r_[new - 1, len(runs) - 1]]))
+
+
 def _nothing() -> np.ndarray:
     return NOTHING
 
@@ -31,6 +41,7 @@ class Span:
     clean: np.ndarray  # without hum and glitches
     # First samples of what is filled in, and those after the last.
     dropouts: np.ndarray = field(default_factory=lambda: NO_RUNS)
+    filled: np.ndarray = field(default_factory=lambda: NO_RUNS)  # those, and pulses left out
     medians: np.ndarray = field(default_factory=_nothing)
     moves: np.ndarray = field(default_factory=_nothing)  # from one to the next, up or down
     step: float = 0.0  # of the converter, 0 if none shows

@@ -25,7 +25,7 @@ from ._faint_kernels import find_faint
 from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, Stretch, find_crests
 from .event_kernels import EVENT, find_events, near_crests, strongest_first
-from .span import NO_CRESTS, NO_EVENTS, Faint, Span
+from .span import NO_CRESTS, NO_EVENTS, NO_RUNS, Faint, Span, united
 
 BESIDE = 2
 """Spans to either side whose noise and hum count."""
@@ -73,6 +73,8 @@ class Spans:
         Look for events; else only hum is taken off.
     repeats : bool
         There may be dropouts, as values repeat.
+    left_out : array (n, 2)
+        First samples of what is not looked at, and those after the last.
     """
 
     def __init__(
@@ -85,20 +87,23 @@ class Spans:
         constant: float = 0.0,
         search: bool = True,
         repeats: bool = True,
+        left_out: np.ndarray = NO_RUNS,
     ) -> None:
+        self.left_out = left_out
         self.grid, self.total, self.constant, self.repeats = grid, total, constant, repeats
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
         self.count = grid.count(total)
         self.spans: dict[int, Span] = {}
         self.stages = (
             self._fill,
+            self._leave_out,
             self._cut,
             self._take_hum_off,
             self._clean,
             self._search,
             self._choose,
-        )[: None if search else 3]
-        self.ahead = (1, 1, BESIDE, BESIDE, BESIDE, 1)
+        )[: None if search else 4]
+        self.ahead = (1, 1, 1, BESIDE, BESIDE, BESIDE, 1)
         self.done = [0] * (len(self.stages) + 1)
         self._line = Line(grid, total)
         self._room = np.empty((0, CREST))
@@ -180,15 +185,29 @@ class Spans:
     # -- stages --------------------------------------------------------------------------------
 
     def _fill(self, k: int) -> None:
-        """Fill dropouts, and compute medians, range and quantisation step."""
-        span, chunk = self.spans[k], self.grid.chunk
+        """Fill dropouts, undo the coupling, and find the converter's step."""
+        span = self.spans[k]
         live = self._filled(k) if self.repeats else span.clean
         if self.constant:
             self._uncouple(k)
-        span.medians = np.empty(max(1, len(span.clean) // chunk))
-        chunk_medians(span.clean, chunk, span.medians)
-        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
+        span.filled = span.dropouts
         span.step = converter_step(live) if span.range and len(live) else 0.0
+
+    def _leave_out(self, k: int) -> None:
+        """Put straight lines in place of what is not looked at; compute medians."""
+        span = self.spans[k]
+        runs = self.left_out
+        near = runs[(runs[:, 1] > span.first) & (runs[:, 0] < span.last)]
+        if len(near):
+            beside = self.around(k, 1)
+            seen = np.concatenate([one.clean for one in beside])
+            fill(seen, near - beside[0].first, np.nan)
+            span.clean[:] = seen[span.first - beside[0].first :][: len(span.clean)]
+            own = np.clip(near - span.first, 0, len(span.clean))
+            span.filled = united(np.concatenate((span.dropouts, own)))
+        span.medians = np.empty(max(1, len(span.clean) // self.grid.chunk))
+        chunk_medians(span.clean, self.grid.chunk, span.medians)
+        span.moves = np.abs(span.medians[1:] - span.medians[:-1])
 
     def _filled(self, k: int) -> np.ndarray:
         """The samples of span k that are in no dropout, once these are filled."""
@@ -259,7 +278,7 @@ class Spans:
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
             if strength.sum() < WEAK * span.sigma:
                 break  # the background is as it was
-            fill(span.clean, span.dropouts, np.nan)
+            fill(span.clean, span.filled, np.nan)
             chunk_medians(span.clean, grid.chunk, medians[1:-1])
 
     @staticmethod
@@ -289,7 +308,7 @@ class Spans:
             grid.chunk,
             int(grid.longest),
             span.step / SQRT12,
-            span.dropouts,
+            span.filled,
             span.mask,
             grid.block,
             span.sums,

@@ -40,6 +40,8 @@ Evidence by bands does not count where the bands that rise go on to do so, by 0.
 17 ms later, and C is less than 2 a: notes of music swell, impacts do not. Crests that crowd for a
 moment are pulses of a voice (`_voices.py`).
 
+Crests that come densely and are about as high have odds of their own (`_dense.py`).
+
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
 crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
 of where it should, if there is one.
@@ -55,6 +57,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._dense import dense_odds
 from ._kernels import BLOCK, GROUP, Scale, greatest_between
 from ._nearby import (
     crowd,
@@ -109,6 +112,7 @@ class Candidates(NamedTuple):
     spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
     odds: np.ndarray  # logarithm of those of an impact
     pulse: np.ndarray  # bool: no impact because it is one of many, as the pulses of a voice are
+    crowded: np.ndarray  # bool: none because many come as densely, though little lies in between
 
     @property
     def probability(self) -> np.ndarray:
@@ -174,7 +178,8 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
     odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
-    odds[: len(place)] = np.maximum(odds[: len(place)], among)
+    dense, crowd = dense_odds(place, height, crests.clear, audible, seconds)
+    odds[: len(place)] = np.maximum(odds[: len(place)], np.maximum(among, dense))
     likely = odds > 0.0
     pulses = (risen < 1.0) & (odds[: len(place)] > HOPELESS)
     around = np.minimum(crests.bands, LEAST_BANDS)
@@ -184,7 +189,8 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     coarse = np.arange(len(frame)) >= len(place)
     order = np.argsort(frame, kind="stable")
     pulse = likely & (odds <= 0.0)
-    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse)
+    crowded = np.append(crowd, np.zeros(len(frame) - len(place), bool)) & ~likely
+    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded)
     found = Candidates(*(column[order] for column in columns))
     return with_tones(found, crests, passage, b, audible, seconds)
 
@@ -231,6 +237,7 @@ def with_tones(
         np.insert(found.spread, at, off),
         np.insert(odds, at, tones[heard]),
         np.insert(found.pulse, at, False),
+        np.insert(found.crowded, at, False),
     )
 
 

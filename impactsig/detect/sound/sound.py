@@ -148,7 +148,7 @@ def search(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
-    chosen, likeliest, pulses = choose(survey, least_probability, rate)
+    chosen, likeliest, left_out = choose(survey, least_probability, rate)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
@@ -210,7 +210,8 @@ def search(
         (
             *converter_notes(survey),
             *gate_notes(survey, samples),
-            *voice_notes(pulses),
+            *voice_notes(left_out.pulses),
+            *crowd_notes(left_out.crowded, len(columns)),
         ),
         error[kept] / rate,
     )
@@ -268,23 +269,30 @@ def sound_lengths(rate: float, scale: Scale) -> Lengths:
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
-def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float, int]:
+class LeftOut(NamedTuple):
+    """Numbers of crests that are no impacts because many come together."""
+
+    pulses: int  # as those of a voice
+    crowded: int  # as of a rattle, or of a machine that hits as often
+
+
+def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float, LeftOut]:
     """The impacts of each passage that has any, by its first sample.
 
-    The greatest probability as well, and the number of crests that are no impacts because they come
-    as the pulses of a voice do.
+    The greatest probability as well, and what is left out because many come together.
     """
-    chosen, greatest, pulses = {}, 0.0, 0
+    chosen, greatest, pulses, crowded = {}, 0.0, 0, 0
     for passage in survey.passages:
         found = candidates(passage, survey.spread, survey.scale, rate)
         likely = found.probability
         kept = likely >= least
         pulses += int(np.count_nonzero(found.pulse & ~kept))
+        crowded += int(np.count_nonzero(found.crowded & ~kept))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
-    return chosen, greatest, pulses
+    return chosen, greatest, LeftOut(pulses, crowded)
 
 
 def greatest_rise(
@@ -331,6 +339,16 @@ def voice_notes(pulses: int) -> tuple[str, ...]:
     return (
         f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
         "and are not counted as impacts.",
+    )
+
+
+def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
+    """A sentence where more rises are left out than found because they come too densely."""
+    if crowded <= max(PULSES, found):
+        return ()
+    return (
+        f"{crowded} sudden rises, 30 a second and more, are left out, since rattling may make as "
+        "many: if they are impacts, a lower least_probability finds them.",
     )
 
 
