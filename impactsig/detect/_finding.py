@@ -29,7 +29,7 @@ def find_force(
         count, rings = other_way(source.pieces, rate, wanted, found, in_memory=in_memory)
         if count:
             why = (
-                "most of them soon after one: where a structure rings that the impacts shake, "
+                "most of them close to one: where a structure rings that the impacts shake, "
                 'sensor="sound" finds when each of them begins, and merge_within takes those '
                 "within such a time for one."
                 if rings
