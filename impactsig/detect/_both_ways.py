@@ -21,6 +21,8 @@ TURNS = 1
 AS_HIGH, AS_MANY, FEW = 0.3, 0.2, 5
 """Shares of their median height and of their number, and number, from which on those that point the
 other way may be of a second stop."""
+BESIDE = 0.1
+"""Share of the interval between impacts, within which of one a structure rings that they shake."""
 AT_ONCE = 1.0
 """Contacts between the end of one and the start of another, in which no mass flies across."""
 
@@ -52,15 +54,23 @@ def other_way(
     found: ForceImpacts,
     *,
     in_memory: bool,
-) -> int:
-    """Number of impacts about as high that point the other way; 0 if they are few."""
+) -> tuple[int, bool]:
+    """Number of pulses about as high that point the other way, and whether most lie close to one.
+
+    The number is 0 if they are few.
+    """
     alone = wanted._replace(polarity=-found.sign)
     others = detect_force(pieces, rate, alone, in_memory=in_memory, others=found)
-    if others is None or not len(found.columns):
-        return 0
+    if others is None or len(found.columns) < 2:
+        return 0, False
     high = others.columns[:, 2] > AS_HIGH * np.median(found.columns[:, 2])
-    count = int(np.count_nonzero(high & ~_swings(others, found)))
-    return count if count > max(FEW, AS_MANY * len(found.columns)) else 0
+    start = others.columns[high & ~_swings(others, found), 0]
+    if len(start) <= max(FEW, AS_MANY * len(found.columns)):
+        return 0, False
+    first = found.columns[:, 0]
+    after = np.clip(np.searchsorted(first, start), 1, len(first) - 1)
+    apart = np.minimum(np.abs(start - first[after - 1]), np.abs(start - first[after]))
+    return len(start), bool(np.median(apart) < BESIDE * np.median(np.diff(first)))
 
 
 def _only(found: ForceImpacts, kept: np.ndarray) -> ForceImpacts:

@@ -26,14 +26,18 @@ def find_force(
     found = detect_force(source.pieces, rate, wanted, in_memory=in_memory)
     columns, run = _described(found, source, wanted, contact_level)
     if found is not None and found.either:
-        count = other_way(source.pieces, rate, wanted, found, in_memory=in_memory)
+        count, rings = other_way(source.pieces, rate, wanted, found, in_memory=in_memory)
         if count:
-            run["notes"] = (
-                f"{count} pulses as high as the impacts point the other way, and disturb their "
-                'search: where the sensor is between two stops, polarity="both" finds the '
-                "impacts on either.",
-                *run["notes"],
+            why = (
+                "most of them close to one: where a structure rings that the impacts shake, "
+                'sensor="sound" finds when each of them begins, and merge_within takes those '
+                "within such a time for one."
+                if rings
+                else "and disturb their search: where the sensor is between two stops, "
+                'polarity="both" finds the impacts on either.'
             )
+            note = f"{count} pulses as high as the impacts point the other way, {why}"
+            run["notes"] = (note, *run["notes"])
     return columns, run
 
 

@@ -101,3 +101,16 @@ def test_several_channels_have_one_direction_each():
     both = impactsig.Recording(np.stack((samples, samples), 1), RATE, channels=("a", "b"))
     with pytest.raises(impactsig.InvalidInput, match="polarity"):
         impactsig.detect_impacts(both, channel=["a", "b"], polarity="both")
+
+
+def test_a_structure_that_rings_is_told_from_two_stops():
+    """An accelerometer that impacts shake: swings of either sign after each of them."""
+    rng = np.random.default_rng(10)
+    samples, tone, decay = 0.01 * rng.standard_normal(round(DURATION * RATE)), 900.0, 3e-3
+    since = np.arange(400) / RATE
+    for first in (0.2 + 0.05 * np.arange(110) + 0.002 * rng.standard_normal(110)) * RATE:
+        part = samples[int(first) : int(first) + 400]
+        part += np.exp(-since / decay) * np.sin(2 * np.pi * tone * since)
+    notes = found_in(samples).notes
+    assert any('sensor="sound"' in note for note in notes)
+    assert not any('polarity="both"' in note for note in notes)
