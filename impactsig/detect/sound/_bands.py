@@ -11,12 +11,13 @@ Transforms are taken in single precision, the samples scaled by a power of 2
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ._spectrum_kernels import LANES, add_bands, order_after, power_spectra, radices_of, turns
+from ._spectrum_kernels import LANES, add_powers, order_after, radices_of, turns
 
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
@@ -40,6 +41,7 @@ class Bands(NamedTuple):
     transform: tuple[np.ndarray, ...]  # what `power_spectra` needs to know of its passes
 
 
+@functools.lru_cache(maxsize=8)
 def bands_at(rate: float, hop: int) -> Bands:
     """The bands at a sampling rate."""
     from scipy import fft
@@ -93,22 +95,34 @@ def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
     return np.asarray(2.0 * bands.gain**2 / variance)
 
 
-def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarray:
-    """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
-    size = len(bands.window)
-    begin = left - size // 2
-    used = x[begin : begin + (frames - 1) * bands.hop + size]
-    greatest = max(abs(float(used.min())), abs(float(used.max())))
-    scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
-    whole = -(-frames // LANES) * LANES  # filled up with silence
-    single = np.zeros((whole - 1) * bands.hop + size, np.float32)
-    if scale:
-        np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
-    half = size // 2
-    rows = np.empty((2, half * 2 * LANES), np.float32)
-    square = np.empty((half + 1) * LANES, np.float32)
-    power = np.empty((len(bands.first), frames))
-    for at in range(0, frames, LANES):
-        power_spectra(single, bands.hop, bands.window, at, *bands.transform, rows, square)
-        add_bands(square, scale**2, bands.first, bands.width, bands.weights, at, power)
-    return power
+class Spectrum:
+    """Powers of the bands, window by window; the scratch that they need is kept."""
+
+    def __init__(self, bands: Bands) -> None:
+        half = len(bands.window) // 2
+        self.bands = bands
+        self._single = np.empty(0, np.float32)
+        self._rows = np.empty((2, half * 2 * LANES), np.float32)
+        self._square = np.empty((half + 1) * LANES, np.float32)
+
+    def powers(self, x: np.ndarray, left: int, frames: int) -> np.ndarray:
+        """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
+        bands = self.bands
+        size = len(bands.window)
+        begin = left - size // 2
+        used = x[begin : begin + (frames - 1) * bands.hop + size]
+        greatest = max(abs(float(used.min())), abs(float(used.max())))
+        scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
+        whole = (-(-frames // LANES) * LANES - 1) * bands.hop + size
+        if len(self._single) < whole:
+            self._single = np.empty(whole, np.float32)
+        single = self._single[:whole]
+        single[len(used) if scale else 0 :] = 0.0
+        if scale:
+            np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
+        power = np.empty((len(bands.first), frames))
+        add_powers(
+            single, bands.hop, bands.window, *bands.transform, self._rows, self._square,
+            scale**2, bands.first, bands.width, bands.weights, power,
+        )  # fmt: skip
+        return power

@@ -55,8 +55,11 @@ def turns(count: int, of: int) -> np.ndarray:
 
 
 @njit(nogil=True, error_model="numpy")
-def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square):
-    """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean.
+def add_powers(
+    single, hop, window, passes, turn, half_turn, place, rows, square,
+    scale, first, width, weights, power,
+):  # fmt: skip
+    """Set power[b, i] to the power of band b in frame i, times the scale.
 
     Parameters
     ----------
@@ -64,8 +67,17 @@ def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows,
     passes : radices of the passes
     turn, half_turn : cosines and sines of the frequencies of half a frame, and of a frame
     place : order of the frequencies after the passes
-    rows : (2, M * 2 LANES), scratch
+    rows, square : (2, M * 2 LANES) and ((M + 1) LANES,), scratch
+    first, width, weights : of the coefficients that each band sums
     """
+    for at in range(0, power.shape[1], LANES):
+        power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square)
+        add_bands(square, scale, first, width, weights, at, power)
+
+
+@njit(nogil=True, error_model="numpy")
+def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square):
+    """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean."""
     x, y = rows[0], rows[1]
     count = len(place)
     _load(single, np.uint64(hop), window, np.uint64(at * hop), x)
@@ -103,11 +115,12 @@ def add_bands(square, scale, first, width, weights, at, power):
     begin = 0
     for b in range(len(first)):
         total[:] = 0.0
+        row = _LANES * np.uint64(first[b])
         for k in range(width[b]):
             weight = weights[begin + k]
-            row = square[(first[b] + k) * LANES : (first[b] + k + 1) * LANES]
-            for f in range(LANES):
-                total[f] += weight * row[f]
+            for f in range(_NONE, _LANES):
+                total[f] += weight * square[row + f]
+            row += _LANES
         begin += width[b]
         out = power[b, at : at + count]
         for f in range(count):
