@@ -257,12 +257,17 @@ def _cubic(value, j, t):
 def _moments(value, most, step):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value)."""
     last = len(value) - 1
+    greatest = -np.inf
+    for j in range(last):
+        if max(value[j], value[j + 1]) >= most - FALL:
+            for k in range(BETWEEN):
+                greatest = max(greatest, _cubic(value, j, (k + 0.5) / BETWEEN))
     total = first = second = 0.0
     for j in range(last):
         if max(value[j], value[j + 1]) >= most - FALL:
             for k in range(BETWEEN):
                 t = (k + 0.5) / BETWEEN
-                weight = math.exp(_cubic(value, j, t) - most)
+                weight = math.exp(_cubic(value, j, t) - greatest)
                 at = j + t - 0.5 * last
                 total += weight
                 first += weight * at
@@ -270,4 +275,4 @@ def _moments(value, most, step):
     mean = first / total
     # Between two places nothing is looked at.
     variance = max(second / total - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
-    return step * mean, step * math.sqrt(variance), most + math.log(total * step / BETWEEN)
+    return step * mean, step * math.sqrt(variance), greatest + math.log(total * step / BETWEEN)
