@@ -1,15 +1,16 @@
 """Kernels for the power spectra of many frames of a sound at once.
 
-LANES frames are transformed side by side, one in each lane of the processor's vectors: scipy's
-transforms are compiled for processors with narrow ones. Two real samples make a complex number, so a
-frame of N samples needs a transform of M = N / 2 numbers, x[n] the n-th of them. A pass of radix r
-takes every M/r-th row, and leaves the r results side by side [Pease1968]_:
+LANES frames are transformed side by side, one in each lane of the processor's vectors; scipy's
+transforms are compiled for processors with narrow ones. Two real samples make a complex number: a
+frame of N samples needs a transform of M = N / 2 numbers, of which x[n] is the n-th. A pass of
+radix r takes every M/r-th row, and leaves the r results side by side [Pease1968]_:
 
     y[r p + k] = exp(-2 pi i j k / n) sum_d x[p + d M/r] exp(-2 pi i d k / r),
 
-with n the length of the transforms that are left, P = M / n and j = floor(p / P). After the last pass
-`order_after` says where each frequency lies. A row holds the real parts of all frames, then the
-imaginary parts. Indices are unsigned: those that may be negative keep a loop out of vector lanes.
+with n the length of the transforms that are left, P = M / n and j = floor(p / P). After the last
+pass `order_after` says where each frequency lies. A row holds the real parts of all frames, then
+the imaginary parts. Indices are unsigned: signed ones, which may count from the end, keep a loop
+out of vector lanes.
 """
 
 from __future__ import annotations
