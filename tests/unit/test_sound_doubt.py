@@ -1,0 +1,44 @@
+"""A note where the probabilities of a sound record's rises say that much is missed or false."""
+
+import numpy as np
+import pytest
+
+from benchmarks.recordings import microphone, score
+from benchmarks.varied_sound import record
+from impactsig import Recording, detect_impacts
+from impactsig.detect.sound.sound import Expected, doubt_notes, expected_of
+
+
+def test_expectation_of_probabilities():
+    found = expected_of(np.array([0.9, 0.6, 0.5, 0.4, 0.2, 0.05]))
+    np.testing.assert_allclose(found, (2.0, 1.0, 0.6), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("expected", "noted"),
+    [
+        ((90.0, 10.0, 9.0), False),  # F1 of 180 / 199
+        ((90.0, 10.0, 11.0), True),  # 180 / 201
+        ((4.0, 1.0, 3.0), False),  # as noise without impacts has now and then
+        ((0.0, 0.0, 0.0), False),
+    ],
+)
+def test_a_note_where_an_f1_below_nine_tenths_is_expected(expected, noted):
+    assert bool(doubt_notes(Expected(*expected))) == noted
+
+
+def test_a_record_that_is_hard_to_hear_says_so_and_a_clear_one_does_not():
+    # Short sounds of 495 to 743 Hz in hum, of which narrow bands hear every second.
+    hard = record(12001, "hum")
+    found = detect_impacts(Recording(hard.samples, hard.rate, sensor="sound"))
+    assert score(found.time, hard.time, 10e-3)[0] < 0.8
+    assert "hard to tell" in found.notes[-1]
+    # Whatever the dial says: it is the record that leaves doubt.
+    found = detect_impacts(
+        Recording(hard.samples, hard.rate, sensor="sound"), least_probability=0.9
+    )
+    assert "hard to tell" in found.notes[-1]
+    clear = microphone(duration=10.0, seed=12)
+    found = detect_impacts(Recording(clear.samples, clear.rate, sensor="sound"))
+    assert score(found.time, clear.time, 10e-3)[0] > 0.98
+    assert not found.notes
