@@ -6,6 +6,7 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.varied_sound import record
 from impactsig import Recording, detect_impacts
+from impactsig.detect.sound._clipping import Limits
 from impactsig.detect.sound.sound import Expected, doubt_notes, expected_of
 
 
@@ -42,3 +43,23 @@ def test_a_record_that_is_hard_to_hear_says_so_and_a_clear_one_does_not():
     found = detect_impacts(Recording(clear.samples, clear.rate, sensor="sound"))
     assert score(found.time, clear.time, 10e-3)[0] > 0.98
     assert not found.notes
+
+
+def test_a_clipped_record_says_so():
+    x = microphone(duration=10.0, seed=13).samples
+    for limit, noted in ((2.0, False), (0.15, True)):
+        clipped = np.clip(x, -limit, limit)
+        found = detect_impacts(Recording(clipped, 22_050.0, sensor="sound"))
+        assert any("clipped" in note for note in found.notes) == noted
+
+
+def test_the_share_at_the_limits():
+    rng = np.random.default_rng(14)
+    x = np.clip(rng.standard_normal(160_000), -1.0, 1.5)
+    limits = Limits()
+    for part in np.array_split(x, 7):  # the first of which need not reach the limits
+        assert limits.add(part) == (part.min(), part.max())
+    assert limits.share == pytest.approx(np.mean((x == -1.0) | (x == 1.5)), abs=0.01)
+    silent = Limits()
+    silent.add(np.maximum(x, 0.0))  # most of it is digital silence
+    assert silent.share == pytest.approx(np.mean(x == 1.5), abs=0.01)

@@ -49,6 +49,7 @@ from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
+from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
 from ._kernels import BLOCK, GROUP, Scale, measure
 from ._survey import Survey
@@ -136,14 +137,14 @@ def search(
 ) -> tuple[SoundImpacts, int]:
     """The impacts but for clicks of single samples, and the number of these."""
     survey = Survey(scale, rate)
-    samples, lowest, highest = 0, math.inf, -math.inf
+    samples, limits = 0, Limits()
     for window in windows(pieces(), CORE * scale.hop):
         samples += len(window.core)
-        low, high = float(window.core.min()), float(window.core.max())
-        lowest, highest = min(lowest, low), max(highest, high)
-        refuse_huge(lowest, highest)
+        low, high = limits.add(window.core)
+        refuse_huge(limits.least, limits.greatest)
         survey.add(window, max(-low, high))
     survey.finish()
+    lowest, highest = limits.least, limits.greatest
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"
         none = np.empty(0)
@@ -210,7 +211,7 @@ def search(
         float(alike[kept].mean()) if kept.any() else 0.0,
         reason,
         (
-            *converter_notes(survey),
+            *(converter_notes(survey) or limits.notes()),
             *gate_notes(survey, samples),
             *voice_notes(pulses),
             *doubt_notes(expected),
