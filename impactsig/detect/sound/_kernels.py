@@ -23,7 +23,6 @@ ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what i
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
-STRETCH = 1024  # frames whose means are taken at once: they stay in the processor's nearest cache
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
@@ -90,21 +89,17 @@ def both_sides(power, first, count, scale, after, before):
     after[:] = 0.0
     before[:] = 0.0
     for b in range(power.shape[0]):
-        for begin in range(0, count, STRETCH):
-            size = min(STRETCH, count - begin)
-            forward, past = after[b, begin : begin + size], before[b, begin : begin + size]
-            at = first + begin
-            # Frame by frame in the inner loop: it runs in vector lanes.
-            for k in range(scale.forward):
-                row = power[b, at + k : at + k + size]
-                for j in range(size):
-                    forward[j] += weights[k] * row[j]
-            for k in range(1, scale.past + 1):
-                row = power[b, at - k : at - k + size]
-                for j in range(size):
-                    past[j] += row[j]
-            for j in range(size):
-                past[j] /= scale.past
+        # Frame by frame in the inner loop: it runs in vector lanes.
+        for k in range(scale.forward):
+            row = power[b, first + k : first + k + count]
+            for j in range(count):
+                after[b, j] += weights[k] * row[j]
+        for k in range(1, scale.past + 1):
+            row = power[b, first - k : first - k + count]
+            for j in range(count):
+                before[b, j] += row[j]
+        for j in range(count):
+            before[b, j] /= scale.past
 
 
 @njit(nogil=True)

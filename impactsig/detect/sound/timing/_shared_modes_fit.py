@@ -133,7 +133,7 @@ class Model:
                 error = max(float(np.median(beyond)), least)
             out = self._weighed(energy, projections, gram, error, prior)
             evidence = float(np.mean(out[:, 4]))
-            if evidence <= self.evidence:
+            if not evidence > self.evidence:
                 return  # it has one maximum
             self.evidence, self.prior, self.error = evidence, prior, error
 
@@ -229,21 +229,18 @@ def chosen_model(
     first, *others = choices
     bare = learned(first, None)
     unfiltered, left = bare.evidence, bare.median_left(sounds[few], guess[few])
-    tried: list[tuple[Model, np.ndarray]] = []
-    for response in responses():
-        model = learned(first, response)
-        if not tried:
-            if model.evidence < unfiltered - CERTAIN:
-                return None
-            if min(left, model.median_left(sounds[few], guess[few])) > HOPELESS * unlike:
-                return None
-        tried.append((model, response))
+    common, *rare = responses()
+    model = learned(first, common)
+    left = min(left, model.median_left(sounds[few], guess[few]))
+    if model.evidence < unfiltered - CERTAIN or left > HOPELESS * unlike:
+        return None
+    tried = [(model, common), *((learned(first, response), response) for response in rare)]
     tried.sort(key=lambda item: -item[0].evidence)
     likely = [response for _, response in tried[:LIKELY]]
     best = tried[0][0]
+    for exponents in others:
+        unfiltered = max(unfiltered, learned(exponents, None).evidence)
     for exponents in (*others, *folded):
-        if not any(exponents is one for one in folded):
-            unfiltered = max(unfiltered, learned(exponents, None).evidence)
         for response in likely:
             model = learned(exponents, response)
             if model.evidence > best.evidence:
