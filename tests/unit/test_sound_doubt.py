@@ -7,12 +7,15 @@ from benchmarks.recordings import microphone, score
 from benchmarks.varied_sound import record
 from impactsig import Recording, detect_impacts
 from impactsig.detect.sound._clipping import Limits
-from impactsig.detect.sound.sound import Expected, doubt_notes, expected_of
+from impactsig.detect.sound._doubt import Doubt
 
 
 def test_expectation_of_probabilities():
-    found = expected_of(np.array([0.9, 0.6, 0.5, 0.4, 0.2, 0.05]))
-    np.testing.assert_allclose(found, (2.0, 1.0, 0.6), rtol=1e-12)
+    doubt = Doubt()
+    for part in ([0.9, 0.05, 0.6], [0.5, 0.4, 0.2]):
+        doubt.add(np.array(part))
+    assert (doubt.right, doubt.false, doubt.missed) == pytest.approx((2.0, 1.0, 0.6))
+    assert doubt.f1 == pytest.approx(4.0 / 5.6)
 
 
 @pytest.mark.parametrize(
@@ -25,7 +28,7 @@ def test_expectation_of_probabilities():
     ],
 )
 def test_a_note_where_an_f1_below_nine_tenths_is_expected(expected, noted):
-    assert bool(doubt_notes(Expected(*expected))) == noted
+    assert bool(Doubt(*expected).notes()) == noted
 
 
 def test_a_record_that_is_hard_to_hear_says_so_and_a_clear_one_does_not():

@@ -51,6 +51,7 @@ from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
+from ._doubt import Doubt
 from ._kernels import BLOCK, GROUP, Scale, measure
 from ._survey import Survey
 from ._windows import windows
@@ -70,8 +71,6 @@ RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and sha
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it
 PULSES = 10  # of a voice that a note is worth
-CLEAR_RECORD, LIKELY_IMPACTS = 0.9, 5.0  # expected F1, and number, of which no doubt need be noted
-POSSIBLE = 0.1  # probability below which rises are not counted: they are many, and noise
 
 
 class SoundImpacts(NamedTuple):
@@ -151,7 +150,8 @@ def search(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
-    chosen, likeliest, pulses, expected = choose(survey, least_probability, rate)
+    doubt = Doubt()
+    chosen, likeliest, pulses = choose(survey, least_probability, rate, doubt)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
@@ -214,7 +214,7 @@ def search(
             *(converter_notes(survey) or limits.notes()),
             *gate_notes(survey, samples),
             *voice_notes(pulses),
-            *doubt_notes(expected),
+            *doubt.notes(),
         ),
         error[kept] / rate,
     )
@@ -272,40 +272,26 @@ def sound_lengths(rate: float, scale: Scale) -> Lengths:
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
 
 
-class Expected(NamedTuple):
-    """Numbers to expect by the probabilities of all rises, split where they are even."""
-
-    right: float = 0.0  # of the likely ones, that are impacts
-    false: float = 0.0  # of these, that are none
-    missed: float = 0.0  # of the others, that are impacts
-
-
-def expected_of(likely: np.ndarray) -> Expected:
-    """Expectation of rises with these probabilities."""
-    even, others = likely[likely >= 0.5], likely[(likely < 0.5) & (likely > POSSIBLE)]
-    return Expected(float(even.sum()), float((1.0 - even).sum()), float(others.sum()))
-
-
 def choose(
-    survey: Survey, least: float, rate: float
-) -> tuple[dict[int, Chosen], float, int, Expected]:
+    survey: Survey, least: float, rate: float, doubt: Doubt
+) -> tuple[dict[int, Chosen], float, int]:
     """The impacts of each passage that has any, by its first sample.
 
-    The greatest probability as well, the number of crests that are no impacts because they come
-    as the pulses of a voice do, and what to expect of all.
+    The greatest probability as well, and the number of crests that are no impacts because they come
+    as the pulses of a voice do. All probabilities are added to the `doubt`.
     """
-    chosen, greatest, pulses, expected = {}, 0.0, 0, Expected()
+    chosen, greatest, pulses = {}, 0.0, 0
     for passage in survey.passages:
         found = candidates(passage, survey.spread, survey.scale, rate)
         likely = found.probability
         kept = likely >= least
         pulses += int(np.count_nonzero(found.pulse & ~kept))
         greatest = max(greatest, float(likely.max(initial=0.0)))
-        expected = Expected(*map(sum, zip(expected, expected_of(likely), strict=True)))
+        doubt.add(likely)
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
-    return chosen, greatest, pulses, expected
+    return chosen, greatest, pulses
 
 
 def greatest_rise(
@@ -352,18 +338,6 @@ def voice_notes(pulses: int) -> tuple[str, ...]:
     return (
         f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
         "and are not counted as impacts.",
-    )
-
-
-def doubt_notes(expected: Expected) -> tuple[str, ...]:
-    """A sentence where the probabilities say that much is missed or false."""
-    right, false, missed = expected
-    if right < LIKELY_IMPACTS or 2.0 * right >= CLEAR_RECORD * (2.0 * right + false + missed):
-        return ()
-    return (
-        f"Impacts are hard to tell in this record: by their probabilities, about {false:.0f} of "
-        f"{right + false:.0f} likely ones are none, and about {missed:.0f} of the less likely ones "
-        "are impacts. A higher least_probability finds fewer, a lower one more.",
     )
 
 
