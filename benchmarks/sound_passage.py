@@ -62,7 +62,7 @@ def methods() -> dict[str, tuple[Callable, dict]]:
     levels = {"level": [3.0, 5.0, 8.0, 12.0], "distance": DISTANCES}
     every: dict[str, tuple[Callable, dict]] = {
         "impactsig": (partial(by_impactsig, "sound"), {"least_probability": [0.1, 0.3, 0.5, 0.7]}),
-        "band-pass, find_peaks": (partial(partial, find_peaks_passed), levels),
+        "band-pass": (partial(partial, find_peaks_passed), levels),
     }
     if find_spec("librosa"):
         every["librosa"] = (by_librosa, {"hop": [64, 128, 512], "delta": [0.02, 0.07, 0.2]})

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactsig.detect.sound._band_kernels import background, group_means
-from impactsig.detect.sound._bands import band_powers, bands_at, degrees_of_freedom
+from impactsig.detect.sound._bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound._floor import noise_power, quantile_bias
 
 
@@ -14,7 +14,7 @@ from impactsig.detect.sound._floor import noise_power, quantile_bias
 def test_bands_hold_the_power_of_white_noise(rate):
     bands = bands_at(rate, 256)
     x = 0.3 * np.random.default_rng(1).standard_normal(256 * 3000)
-    power = band_powers(x, 8192, 2900, bands)
+    power = Spectrum(bands).powers(x, 8192, 2900)
     # Away from the offset that is taken off; 2900 frames of one coefficient scatter by 3 %.
     np.testing.assert_allclose(power.mean(axis=1)[4:], 0.09 * bands.gain[4:], rtol=0.15)
     assert np.mean(power.mean(axis=1)[4:] / bands.gain[4:]) == pytest.approx(0.09, rel=0.02)
@@ -25,7 +25,7 @@ def test_a_tone_is_in_its_band_with_the_power_of_the_window():
     size = len(bands.window)
     k = 200
     x = 0.5 * np.cos(2 * np.pi * k / size * np.arange(8192))
-    power = band_powers(x, 1024, 8, bands)
+    power = Spectrum(bands).powers(x, 1024, 8)
     weight = np.zeros(len(bands.first))
     begin = 0
     for b, (first, width) in enumerate(zip(bands.first, bands.width, strict=True)):
@@ -42,7 +42,7 @@ def test_a_tone_is_in_its_band_with_the_power_of_the_window():
 
 def test_an_offset_is_no_power():
     bands = bands_at(44_100, 256)
-    assert band_powers(np.full(8192, 0.7), 1024, 8, bands).max() < 1e-9
+    assert Spectrum(bands).powers(np.full(8192, 0.7), 1024, 8).max() < 1e-9
 
 
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100])
@@ -50,7 +50,7 @@ def test_noise_power_is_unbiased(rate):
     hop = 16 * 2 ** int(np.log2(rate * 0.5e-3))
     bands = bands_at(rate, hop)
     x = np.random.default_rng(2).standard_normal(8 * hop * 4000)
-    power = band_powers(x, 4 * hop, 8 * 3980, bands)
+    power = Spectrum(bands).powers(x, 4 * hop, 8 * 3980)
     means = np.empty((len(power), 3980))
     group_means(power, np.ones(power.shape[1], np.bool_), 8, means)
     noise = noise_power(means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(bands, 8)))

@@ -1,4 +1,4 @@
-"""Kernels for the narrow bands of a sound: power, rise and background."""
+"""Kernels for the narrow bands of a sound: rise, background and means."""
 
 from __future__ import annotations
 
@@ -10,49 +10,6 @@ TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
 ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
 FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
-TILE = 8  # frames of a spectrum that are read side by side
-
-
-@njit(nogil=True)
-def shape(single, hop, window, at, out):
-    """out[f]: the samples of frame at + f, windowed; the frames begin `hop` samples apart."""
-    for f in range(out.shape[0]):
-        frame, shaped = single[(at + f) * hop :][: len(window)], out[f]
-        for k in range(len(window)):
-            shaped[k] = frame[k] * window[k]
-
-
-@njit(nogil=True)
-def gather(spectrum, scale, first, width, weights, at, square, power):
-    """Band powers of a batch of frames, the first of which is frame `at`.
-
-    `spectrum` holds real and imaginary parts by turns; `square` is scratch with a row for each
-    coefficient and a column for each frame, so that sums over coefficients run in vector lanes.
-    """
-    used = first[-1] + width[-1]
-    frames = spectrum.shape[0]
-    for f in range(frames):
-        row = spectrum[f]
-        # Less the weighted mean: a Hann window spreads it over two coefficients.
-        row[2] += np.float32(0.5) * row[0]
-        row[0] = 0.0
-    for begin in range(0, frames, TILE):
-        for k in range(used):
-            for f in range(begin, min(begin + TILE, frames)):
-                real, imaginary = spectrum[f, 2 * k], spectrum[f, 2 * k + 1]
-                square[k, f] = real * real + imaginary * imaginary
-    total = np.empty(frames, np.float32)
-    count = min(frames, power.shape[1] - at)
-    begin = 0
-    for b in range(len(first)):
-        total[:] = 0.0
-        for k in range(width[b]):
-            weight, row = weights[begin + k], square[first[b] + k]
-            for f in range(frames):
-                total[f] += weight * row[f]
-        begin += width[b]
-        for f in range(count):
-            power[b, at + f] = scale * total[f]
 
 
 @njit(nogil=True, error_model="numpy")

@@ -5,23 +5,23 @@ less their weighted mean, the power of a band is sum_k W_bk |Y_k|^2. W_b is a tr
 band's centre and 0 at those of its neighbours. Centres follow 1/24 octave and at least one
 coefficient apart, from 30 Hz to 17 kHz or half the rate.
 
-Transforms are taken in batches of one size, for their last digit may depend on it, and in single
-precision, the samples scaled by a power of 2.
+Transforms are taken in single precision, the samples scaled by a power of 2
+(`_spectrum_kernels.py`).
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ._band_kernels import gather, shape
+from ._spectrum_kernels import LANES, add_powers, order_after, radices_of, turns
 
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
 LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
-BATCH = 128  # frames transformed together
 FAINTEST = -500  # power of 2 whose square is still a number; less is silence
 ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
 
@@ -38,8 +38,10 @@ class Bands(NamedTuple):
     width: np.ndarray
     weights: np.ndarray
     gain: np.ndarray  # power in each band of white noise of power 1
+    transform: tuple[np.ndarray, ...]  # what `power_spectra` needs to know of its passes
 
 
+@functools.lru_cache(maxsize=8)
 def bands_at(rate: float, hop: int) -> Bands:
     """The bands at a sampling rate."""
     from scipy import fft
@@ -62,7 +64,10 @@ def bands_at(rate: float, hop: int) -> Bands:
     width = np.count_nonzero(rows, axis=1)
     weights = rows[rows > 0.0].astype(np.float32)
     gain = np.sum(rows, axis=1) * np.sum(window**2)
-    return Bands(hop, window.astype(np.float32), first, width, weights, gain)
+    half = size // 2
+    passes = radices_of(half)
+    transform = passes, turns(half, half), turns(half, size), order_after(passes)
+    return Bands(hop, window.astype(np.float32), first, width, weights, gain, transform)
 
 
 def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
@@ -90,25 +95,34 @@ def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
     return np.asarray(2.0 * bands.gain**2 / variance)
 
 
-def band_powers(x: np.ndarray, left: int, frames: int, bands: Bands) -> np.ndarray:
-    """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
-    from scipy import fft
+class Spectrum:
+    """Powers of the bands, window by window; the scratch that they need is kept."""
 
-    size = len(bands.window)
-    begin = left - size // 2
-    used = x[begin : begin + (frames - 1) * bands.hop + size]
-    greatest = max(abs(float(used.min())), abs(float(used.max())))
-    scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
-    # Batches are filled up with silence.
-    whole = -(-frames // BATCH) * BATCH
-    single = np.zeros((whole - 1) * bands.hop + size, np.float32)
-    if scale:
-        np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
-    shaped = np.empty((BATCH, size), np.float32)
-    square = np.empty((size // 2 + 1, BATCH), np.float32)
-    power = np.empty((len(bands.first), frames))
-    for at in range(0, frames, BATCH):
-        shape(single, bands.hop, bands.window, at, shaped)
-        spectrum = fft.rfft(shaped, axis=1).view(np.float32)
-        gather(spectrum, scale**2, bands.first, bands.width, bands.weights, at, square, power)
-    return power
+    def __init__(self, bands: Bands) -> None:
+        half = len(bands.window) // 2
+        self.bands = bands
+        self._single = np.empty(0, np.float32)
+        self._rows = np.empty((2, half * 2 * LANES), np.float32)
+        self._square = np.empty((half + 1) * LANES, np.float32)
+
+    def powers(self, x: np.ndarray, left: int, frames: int) -> np.ndarray:
+        """Powers (bands, frames); the first frame is centred on x[left], the window fits into x."""
+        bands = self.bands
+        size = len(bands.window)
+        begin = left - size // 2
+        used = x[begin : begin + (frames - 1) * bands.hop + size]
+        greatest = max(abs(float(used.min())), abs(float(used.max())))
+        scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
+        whole = (-(-frames // LANES) * LANES - 1) * bands.hop + size
+        if len(self._single) < whole:
+            self._single = np.empty(whole, np.float32)
+        single = self._single[:whole]
+        single[len(used) if scale else 0 :] = 0.0
+        if scale:
+            np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
+        power = np.empty((len(bands.first), frames))
+        add_powers(
+            single, bands.hop, bands.window, *bands.transform, self._rows, self._square,
+            scale**2, bands.first, bands.width, bands.weights, power,
+        )  # fmt: skip
+        return power

@@ -68,12 +68,13 @@ class Gate:
 
         The first frame is centred on x[left].
         """
-        share = np.ones(power.shape[1])
-        if self.silent is not None:
-            heard_shares(self.silent, left, GROUP * self.scale.hop, self.bands.window, share)
-            power = power.copy()
+        if self.silent is None:
+            self.share = 1.0
+            return power, np.zeros(power.shape[1], np.bool_)
+        share = np.empty(power.shape[1])
+        heard_shares(self.silent, left, GROUP * self.scale.hop, self.bands.window, share)
+        power = power.copy()
         closes = np.diff(share, prepend=self.share) < 0.0
-        if self.silent is not None:
-            hold_bands(power, share, closes, self.bands_held)
+        hold_bands(power, share, closes, self.bands_held)
         self.share = share[-1]
         return power, closes

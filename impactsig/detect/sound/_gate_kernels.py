@@ -97,8 +97,18 @@ def heard_shares(silent, first, hop, window, out):
     total = 0.0
     for k in range(len(window)):
         total += window[k] * window[k]
+    counted, begin, end = 0, first - len(window) // 2, first - len(window) // 2
     for g in range(len(out)):
-        begin, heard = first + g * hop - len(window) // 2, 0.0
+        while begin < first + g * hop - len(window) // 2:
+            counted -= silent[begin]
+            begin += 1
+        while end < begin + len(window):
+            counted += silent[end]
+            end += 1
+        if counted == 0 or counted == len(window):
+            out[g] = 1.0 if counted == 0 else 0.0
+            continue
+        heard = 0.0
         for k in range(len(window)):
             if not silent[begin + k]:
                 heard += window[k] * window[k]

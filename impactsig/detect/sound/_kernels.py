@@ -108,13 +108,21 @@ def octave_rise(after, before, background, weights, out):
 
     `background` holds a power for each octave and each BLOCK of frames.
     """
-    for j in range(after.shape[1]):
-        total = 0.0
+    count = after.shape[1]
+    ratio = np.empty(BLOCK)
+    out[:] = 0.0
+    for begin in range(0, count, BLOCK):
+        size = min(BLOCK, count - begin)
         for b in range(after.shape[0]):
-            base = max(before[b, j], 2.0 * background[b, j // BLOCK])
-            if after[b, j] > base > 0.0:
-                total += weights[b] * np.log(after[b, j] / base)
-        out[j] = total
+            least = 2.0 * background[b, begin // BLOCK]
+            now, then = after[b, begin : begin + size], before[b, begin : begin + size]
+            # What needs no logarithm runs in vector lanes.
+            for j in range(size):
+                base = then[j] if then[j] > least else least
+                ratio[j] = now[j] / base if now[j] > base > 0.0 else 1.0
+            for j in range(size):
+                if ratio[j] > 1.0:
+                    out[begin + j] += weights[b] * np.log(ratio[j])
 
 
 @njit(nogil=True, error_model="numpy")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._band_kernels import background, band_growth, band_rise, group_means
-from ._bands import ROUNDING, Bands, band_powers, bands_at, degrees_of_freedom
+from ._bands import ROUNDING, Bands, Spectrum, bands_at, degrees_of_freedom
 from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
 from ._gate import Gate
 from ._kernels import (
@@ -66,8 +66,9 @@ class Slab:
     first: int  # frame of the segment
     last: bool  # nothing of the segment follows
     telling: tuple[int, int]  # frames, from the first, with all that their rise needs beside them
-    after: np.ndarray  # (octaves, frames)
-    before: np.ndarray
+    octaves: np.ndarray  # powers of frames, from `left` before the first on
+    left: int
+    frames: int
     parts: np.ndarray  # (octaves, PARTs in whole BLOCKs), mean powers
     parts_sound: np.ndarray  # those that digital silence does not touch
     levels: np.ndarray  # (octaves, BLOCKs), mean powers
@@ -93,6 +94,7 @@ class Survey:
     scale: Scale
     rate: float
     bands: Bands = field(init=False)
+    spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
@@ -109,6 +111,8 @@ class Survey:
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
+    scratch: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))  # of the octaves
+    sides: np.ndarray = field(default_factory=lambda: np.empty((2, 0, 0)))  # powers after, before
 
     @property
     def unresolved(self) -> bool:
@@ -119,6 +123,7 @@ class Survey:
         scale = self.scale
         hop = GROUP * scale.hop
         self.bands = bands_at(self.rate, hop)
+        self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
         self.weights = octave_weights(scale)
         self.gains = white_gains(scale)
@@ -156,15 +161,15 @@ class Survey:
         count = -(-len(core) // hop)
         total = len(x) // hop
         power = np.empty((scale.octaves, total))
-        scratch = np.empty((3, len(x) // 2))
-        octave_powers(x, scale.octaves, scratch[0], scratch[1], scratch[2], power)
+        half = len(x) // 2
+        if self.scratch.shape[1] < half:
+            self.scratch = np.empty((3, half))
+        octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
         groups = -(-count // GROUP)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
         x, continued = self.gate.octaves(x, power, real, count)
-        after, before = np.empty((scale.octaves, count)), np.empty((scale.octaves, count))
-        both_sides(continued, left, count, scale, after, before)
         # From two GROUPs before the first of the core to two after its last.
         begin = left - 2 * GROUP + PART * np.arange(GROUP // PART * (groups + 4))
         reach = slice(begin[0], begin[-1] + PART)
@@ -180,7 +185,7 @@ class Survey:
         counted = whole & ~np.repeat(touched, GROUP // PART)
         core_parts = slice(2 * GROUP // PART, (groups + 2) * GROUP // PART)
         inner = slice(2, groups + 2)
-        fine = band_powers(x, left * hop, groups, self.bands)
+        fine = self.spectrum.powers(x, left * hop, groups)
         half = len(self.bands.window) // 2
         centre = left * hop + GROUP * hop * np.arange(groups)
         known = (centre - half >= valid[0]) & (centre + half <= valid[1])
@@ -203,8 +208,9 @@ class Survey:
             first,
             not len(window.after),
             (scale.past - first, last),
-            after,
-            before,
+            continued,
+            left,
+            count,
             parts,
             whole_blocks(counted[None, core_parts], BLOCK // PART)[0],
             levels,
@@ -232,8 +238,12 @@ class Survey:
         beside = self.slabs[begin:end]
         at = sum(s.blocks for s in self.slabs[begin : self.done])
         octaves, bands = self._backgrounds(beside, at, slab.blocks)
-        rise = np.empty(slab.after.shape[1])
-        octave_rise(slab.after, slab.before, octaves, self.weights, rise)
+        if self.sides.shape[2] != slab.frames:
+            self.sides = np.empty((2, self.scale.octaves, slab.frames))
+        after, before = self.sides
+        both_sides(slab.octaves, slab.left, slab.frames, self.scale, after, before)
+        rise = np.empty(slab.frames)
+        octave_rise(after, before, octaves, self.weights, rise)
         first, last = slab.telling
         rise[: max(first, 0)] = 0.0
         rise[max(last, 0) :] = 0.0
@@ -245,7 +255,7 @@ class Survey:
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
         passage.silent.append(slab.silent)
         frames = np.arange(0, len(rise), SAMPLED)
-        passage.loudness.append(self._loudness(slab, octaves, frames))
+        passage.loudness.append(self._loudness(octaves, frames))
         self._keep_crests(passage, rise, slab, octaves)
         power = np.concatenate((self.carried, slab.power), axis=1)
         finer = np.empty((2, slab.power.shape[1]))
@@ -297,7 +307,7 @@ class Survey:
         self.noise.append(noise)
         step = min(slab.step for slab in beside)
         toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
-        self.below_step += bool(np.median(noise) < toggling * np.median(self.gains) / 3.0)
+        self.below_step += middle(noise) < toggling * middle(self.gains) / 3.0
         noise = np.maximum(noise, toggling * self.gains)
         rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
@@ -312,9 +322,10 @@ class Survey:
             background(noise, means, at, self.nearby, out[-1])
         return out
 
-    def _loudness(self, slab: Slab, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
+        """That after frames of the slab whose `sides` are known."""
         out = np.empty(len(frames))
-        loudness(slab.after, background, self.weights, frames, out)
+        loudness(self.sides[0], background, self.weights, frames, out)
         return out
 
     def _keep_crests(
@@ -330,19 +341,25 @@ class Survey:
         earlier = frames < 0
         loud = (
             self.tail_loud[found[:n][earlier]],
-            self._loudness(slab, background, frames[~earlier]),
+            self._loudness(background, frames[~earlier]),
         )
         passage.loud.append(np.concatenate(loud))
         self.tail = known[-2 * spacing :]
         end = np.arange(len(rise) - 2 * spacing, len(rise))
         if end[0] >= 0:
-            self.tail_loud = self._loudness(slab, background, end)
+            self.tail_loud = self._loudness(background, end)
 
 
 def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
     return weights / weights.sum()
+
+
+def middle(values: np.ndarray) -> float:
+    """Median, of a few values in a fraction of numpy's time."""
+    ordered = sorted(values.tolist())
+    return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
 
 
 def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:

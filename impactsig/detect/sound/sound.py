@@ -49,7 +49,9 @@ from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
+from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
+from ._doubt import Doubt
 from ._kernels import BLOCK, GROUP, Scale, measure
 from ._survey import Survey
 from ._windows import windows
@@ -134,21 +136,22 @@ def search(
 ) -> tuple[SoundImpacts, int]:
     """The impacts but for clicks of single samples, and the number of these."""
     survey = Survey(scale, rate)
-    samples, lowest, highest = 0, math.inf, -math.inf
+    samples, limits = 0, Limits()
     for window in windows(pieces(), CORE * scale.hop):
         samples += len(window.core)
-        low, high = float(window.core.min()), float(window.core.max())
-        lowest, highest = min(lowest, low), max(highest, high)
-        refuse_huge(lowest, highest)
+        low, high = limits.add(window.core)
+        refuse_huge(limits.least, limits.greatest)
         survey.add(window, max(-low, high))
     survey.finish()
+    lowest, highest = limits.least, limits.greatest
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
-    chosen, likeliest, left_out = choose(survey, least_probability, rate)
+    doubt = Doubt()
+    chosen, likeliest, left_out = choose(survey, least_probability, rate, doubt)
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
@@ -208,10 +211,11 @@ def search(
         float(alike[kept].mean()) if kept.any() else 0.0,
         reason,
         (
-            *converter_notes(survey),
+            *(converter_notes(survey) or limits.notes()),
             *gate_notes(survey, samples),
             *voice_notes(left_out.pulses),
             *crowd_notes(left_out.crowded, len(columns)),
+            *doubt.notes(),
         ),
         error[kept] / rate,
     )
@@ -276,10 +280,13 @@ class LeftOut(NamedTuple):
     crowded: int  # as of a rattle, or of a machine that hits as often
 
 
-def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen], float, LeftOut]:
+def choose(
+    survey: Survey, least: float, rate: float, doubt: Doubt
+) -> tuple[dict[int, Chosen], float, LeftOut]:
     """The impacts of each passage that has any, by its first sample.
 
-    The greatest probability as well, and what is left out because many come together.
+    The greatest probability as well, and what is left out because many come together. All
+    probabilities are added to the `doubt`.
     """
     chosen, greatest, pulses, crowded = {}, 0.0, 0, 0
     for passage in survey.passages:
@@ -289,6 +296,7 @@ def choose(survey: Survey, least: float, rate: float) -> tuple[dict[int, Chosen]
         pulses += int(np.count_nonzero(found.pulse & ~kept))
         crowded += int(np.count_nonzero(found.crowded & ~kept))
         greatest = max(greatest, float(likely.max(initial=0.0)))
+        doubt.add(likely)
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))

@@ -26,6 +26,7 @@ SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times 
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
+HOPELESS = 2.0  # times what modes may leave, which no other filter mends
 LIKELY = 3  # filters that are tried with more than one choice of modes
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
@@ -33,13 +34,14 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 
 def shared_exponents(
     sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
-) -> list[np.ndarray]:
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Candidate exponents of the modes that sounds share, the most probable first.
 
     The eigenvectors of the sum of all H'H / |y|^2, H the Hankel matrix of a sound y, span the
     modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
     returned. The weak modes come in a choice after the strong. A mode near half the rate may
-    be one above it, folded by the sampler. There is no choice if modes are too many to be shared.
+    be one above it, folded by the sampler: these choices come apart, for without a filter they are
+    the same. There is no choice if modes are too many to be shared.
     """
     from scipy import linalg
 
@@ -74,7 +76,7 @@ def shared_exponents(
         if high.any():
             above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
             folded.append(np.where(high, above, exponents))
-    return [choice for choice in (*choices.values(), *folded) if len(choice)]
+    return [choice for choice in choices.values() if len(choice)], folded
 
 
 @dataclass
@@ -108,6 +110,12 @@ class Model:
             fits[there, 2] = out[:, 2] - self.freedom * self.noise / energy
         return fits
 
+    def median_left(self, sounds: np.ndarray, guess: np.ndarray) -> float:
+        """Share of the energy that the model leaves in the median; infinite if it fits none."""
+        left = self.fit(sounds, guess)[:, 2]
+        left = left[np.isfinite(left)]
+        return float(np.median(left)) if len(left) else np.inf
+
     def learn(self, sounds: np.ndarray, guess: np.ndarray, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
         self.evidence = -np.inf
@@ -125,8 +133,9 @@ class Model:
                 error = max(float(np.median(beyond)), least)
             out = self._weighed(energy, projections, gram, error, prior)
             evidence = float(np.mean(out[:, 4]))
-            if evidence > self.evidence:
-                self.evidence, self.prior, self.error = evidence, prior, error
+            if not evidence > self.evidence:
+                return  # it has one maximum
+            self.evidence, self.prior, self.error = evidence, prior, error
 
     def _origins(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sample nearest to the most probable start of each sound, -1 if it is cut off.
@@ -200,10 +209,12 @@ def chosen_model(
     rate: float,
     taps: np.ndarray,
     heard: float,
+    unlike: float,
 ) -> Model | None:
     """The model with the filter under which a few of these sounds are most probable.
 
-    None if they share no modes, or are more probable without any filter.
+    None if they share no modes, or are more probable without any filter. `unlike` is the share of
+    the energy that the modes of sounds that share them leave at most.
     """
 
     def learned(exponents: np.ndarray, response: np.ndarray | None) -> Model:
@@ -212,21 +223,30 @@ def chosen_model(
         model.learn(sounds[few], guess[few], EXACT)
         return model
 
-    choices = shared_exponents(sounds, guess, noise, rate)
+    choices, folded = shared_exponents(sounds, guess, noise, rate)
     if not choices:
         return None
     first, *others = choices
-    unfiltered = learned(first, None).evidence
-    tried: list[tuple[Model, np.ndarray]] = []
-    for response in responses():
-        tried.append((learned(first, response), response))
-        if tried[0][0].evidence < unfiltered - CERTAIN:
-            return None
+    bare = learned(first, None)
+    unfiltered, left = bare.evidence, bare.median_left(sounds[few], guess[few])
+    common, *rare = responses()
+    model = learned(first, common)
+    left = min(left, model.median_left(sounds[few], guess[few]))
+    if model.evidence < unfiltered - CERTAIN or left > HOPELESS * unlike:
+        return None
+    tried = [(model, common), *((learned(first, response), response) for response in rare)]
     tried.sort(key=lambda item: -item[0].evidence)
+    likely = [response for _, response in tried[:LIKELY]]
+    best = tried[0][0]
     for exponents in others:
         unfiltered = max(unfiltered, learned(exponents, None).evidence)
-        tried += [(learned(exponents, response), response) for _, response in tried[:LIKELY]]
-    best = max((model for model, _ in tried), key=lambda model: model.evidence)
+    for exponents in (*others, *folded):
+        for response in likely:
+            model = learned(exponents, response)
+            if model.evidence > best.evidence:
+                best = model
+            elif model.evidence < best.evidence - CERTAIN:
+                break
     if best.evidence <= unfiltered - DOUBT:
         return None
     best.learn(sounds[few], guess[few], ROUGH)

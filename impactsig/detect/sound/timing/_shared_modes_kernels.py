@@ -31,8 +31,20 @@ FALL = 30.0  # by which its logarithm may lie below the greatest to count
 def high_passed(waves, taps, out):
     """out[i, k]: the filtered sample k + len(taps) // 2 of wave i."""
     for i in range(len(waves)):
-        for k in range(out.shape[1]):
-            out[i, k] = product(waves[i], k, taps)
+        filtered_at(waves[i], 0, taps, out[i])
+
+
+@njit(nogil=True)
+def filtered_at(wave, first, taps, out):
+    """out[k]: scalar product of the taps with the wave from sample first + k on.
+
+    Tap by tap: the inner loop runs in vector lanes.
+    """
+    out[:] = 0.0
+    for n in range(len(taps)):
+        tap, part = taps[n], wave[first + n : first + n + len(out)]
+        for k in range(len(out)):
+            out[k] += tap * part[k]
 
 
 @njit(nogil=True)
@@ -66,15 +78,18 @@ def crossings(sounds, quiet, begin, end, shares, out):
     rows = np.empty((FINE, 2 * NEAR_TAPS))
     for part in range(FINE):
         taps_at(part / FINE, rows[part])
-    sizes = np.empty(FINE * (end - begin))
+    sizes, between = np.empty(FINE * (end - begin)), np.empty(end - begin)
     for i in range(len(sounds)):
         noise = 0.0
         for k in range(quiet):
             noise += sounds[i, k] * sounds[i, k]
         greatest = 0.0
-        for k in range(len(sizes)):
-            sizes[k] = abs(product(sounds[i], begin + k // FINE + 1 - NEAR_TAPS, rows[k % FINE]))
-            greatest = max(greatest, sizes[k])
+        for part in range(FINE):
+            filtered_at(sounds[i], begin + 1 - NEAR_TAPS, rows[part], between)
+            for k in range(len(between)):
+                size = abs(between[k])
+                sizes[FINE * k + part] = size
+                greatest = max(greatest, size)
         out[i, 0] = out[i, 1] = out[i, 2] = np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
         level = min(level, shares[2] * greatest)

@@ -150,11 +150,11 @@ class SharedModes:
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
         # Sounds that share nothing usually show it by a few.
-        if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate):
+        if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate)[0]:
             return
         sounds, guess, noise = self._guessed(waves)
         heard = float(np.sum(self.taps**2))
-        model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard)
+        model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if model is None:
             return
         instant, _, left = model.fit(sounds, guess).T

@@ -1,0 +1,55 @@
+"""Clipping of a sound record: how often its samples lie at the limits.
+
+Between the limits a clipped sound still rises at an impact; while it stays at them it does not, and
+where it leaves and reaches them it has edges, which are heard as other sound. Zero is no limit: it
+is digital silence in a record of magnitudes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+SOME = 16  # samples, one of which is looked at
+MUCH = 0.02  # share at the limits that a note is worth
+
+
+@dataclass
+class Limits:
+    """Least and greatest sample, and how many of some samples equal them."""
+
+    least: float = math.inf
+    greatest: float = -math.inf
+    at_least: int = 0
+    at_greatest: int = 0
+    seen: int = 0
+
+    def add(self, samples: np.ndarray) -> tuple[float, float]:
+        """Add the next samples; their least and greatest."""
+        least, greatest = float(samples.min()), float(samples.max())
+        if least < self.least:
+            self.least, self.at_least = least, 0
+        if greatest > self.greatest:
+            self.greatest, self.at_greatest = greatest, 0
+        some = samples[::SOME]
+        self.seen += len(some)
+        self.at_least += int(np.count_nonzero(some == self.least))
+        self.at_greatest += int(np.count_nonzero(some == self.greatest))
+        return least, greatest
+
+    @property
+    def share(self) -> float:
+        """Share of the samples that lie at the limits."""
+        limits = ((self.least, self.at_least), (self.greatest, self.at_greatest))
+        return sum(count for limit, count in limits if limit) / max(self.seen, 1)
+
+    def notes(self) -> tuple[str, ...]:
+        """A note if much of the record is clipped."""
+        if self.share < MUCH:
+            return ()
+        return (
+            f"{100 * self.share:.0f} % of the samples lie at the limits of the record, which is "
+            "clipped: impacts may be missed while it stays there. Record with a lower gain.",
+        )

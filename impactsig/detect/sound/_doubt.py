@@ -1,0 +1,49 @@
+"""How far the impacts of a sound record are in doubt, by the probabilities of all its rises.
+
+Of the rises that are likely impacts, the sum of the probabilities is the expected number of
+impacts, and what is left to their number that of false ones; the sum over the others is the
+expected number of missed ones. Those below POSSIBLE are not counted: they are many, and noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+EVEN, POSSIBLE = 0.5, 0.1  # probabilities of a likely impact, and of one that counts
+CLEAR = 0.9  # expected F1 of a record that leaves little doubt
+LEAST = 5.0  # expected impacts of a record that has any
+
+
+@dataclass
+class Doubt:
+    """Expected numbers of right, false and missed impacts."""
+
+    right: float = 0.0
+    false: float = 0.0
+    missed: float = 0.0
+
+    def add(self, probability: np.ndarray) -> None:
+        """Add rises with these probabilities."""
+        likely = probability[probability >= EVEN]
+        others = probability[(probability < EVEN) & (probability > POSSIBLE)]
+        self.right += float(likely.sum())
+        self.false += float((1.0 - likely).sum())
+        self.missed += float(others.sum())
+
+    @property
+    def f1(self) -> float:
+        """Expected F1."""
+        return 2.0 * self.right / max(2.0 * self.right + self.false + self.missed, 1e-300)
+
+    def notes(self) -> tuple[str, ...]:
+        """A note if much is expected to be missed or false."""
+        if self.right < LEAST or self.f1 >= CLEAR:
+            return ()
+        return (
+            "Impacts are hard to tell in this record: by their probabilities, about "
+            f"{self.false:.0f} of {self.right + self.false:.0f} likely ones are none, and about "
+            f"{self.missed:.0f} of the less likely ones are impacts. A higher least_probability "
+            "finds fewer, a lower one more.",
+        )

@@ -1,0 +1,68 @@
+"""A note where the probabilities of a sound record's rises say that much is missed or false."""
+
+import numpy as np
+import pytest
+
+from benchmarks.recordings import microphone, score
+from benchmarks.varied_sound import record
+from impactsig import Recording, detect_impacts
+from impactsig.detect.sound._clipping import Limits
+from impactsig.detect.sound._doubt import Doubt
+
+
+def test_expectation_of_probabilities():
+    doubt = Doubt()
+    for part in ([0.9, 0.05, 0.6], [0.5, 0.4, 0.2]):
+        doubt.add(np.array(part))
+    assert (doubt.right, doubt.false, doubt.missed) == pytest.approx((2.0, 1.0, 0.6))
+    assert doubt.f1 == pytest.approx(4.0 / 5.6)
+
+
+@pytest.mark.parametrize(
+    ("expected", "noted"),
+    [
+        ((90.0, 10.0, 9.0), False),  # F1 of 180 / 199
+        ((90.0, 10.0, 11.0), True),  # 180 / 201
+        ((4.0, 1.0, 3.0), False),  # as noise without impacts has now and then
+        ((0.0, 0.0, 0.0), False),
+    ],
+)
+def test_a_note_where_an_f1_below_nine_tenths_is_expected(expected, noted):
+    assert bool(Doubt(*expected).notes()) == noted
+
+
+def test_a_record_that_is_hard_to_hear_says_so_and_a_clear_one_does_not():
+    # Short sounds of 495 to 743 Hz in hum, of which narrow bands hear every second.
+    hard = record(12001, "hum")
+    found = detect_impacts(Recording(hard.samples, hard.rate, sensor="sound"))
+    assert score(found.time, hard.time, 10e-3)[0] < 0.8
+    assert "hard to tell" in found.notes[-1]
+    # Whatever the dial says: it is the record that leaves doubt.
+    found = detect_impacts(
+        Recording(hard.samples, hard.rate, sensor="sound"), least_probability=0.9
+    )
+    assert "hard to tell" in found.notes[-1]
+    clear = microphone(duration=10.0, seed=12)
+    found = detect_impacts(Recording(clear.samples, clear.rate, sensor="sound"))
+    assert score(found.time, clear.time, 10e-3)[0] > 0.98
+    assert not found.notes
+
+
+def test_a_clipped_record_says_so():
+    x = microphone(duration=10.0, seed=13).samples
+    for limit, noted in ((2.0, False), (0.15, True)):
+        clipped = np.clip(x, -limit, limit)
+        found = detect_impacts(Recording(clipped, 22_050.0, sensor="sound"))
+        assert any("clipped" in note for note in found.notes) == noted
+
+
+def test_the_share_at_the_limits():
+    rng = np.random.default_rng(14)
+    x = np.clip(rng.standard_normal(160_000), -1.0, 1.5)
+    limits = Limits()
+    for part in np.array_split(x, 7):  # the first of which need not reach the limits
+        assert limits.add(part) == (part.min(), part.max())
+    assert limits.share == pytest.approx(np.mean((x == -1.0) | (x == 1.5)), abs=0.01)
+    silent = Limits()
+    silent.add(np.maximum(x, 0.0))  # most of it is digital silence
+    assert silent.share == pytest.approx(np.mean(x == 1.5), abs=0.01)
