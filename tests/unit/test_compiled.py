@@ -127,6 +127,14 @@ def test_a_kernel_does_what_another_file_says_now(package, run):
     assert run(package) == (16, 0, [])
 
 
+def test_a_kernel_is_compiled_with_one_that_was_read(package, run):
+    """Of a function that is read the LLVM code is parsed only then."""
+    assert run(package) == (11, 0, [])
+    (package / "outer.py").write_text(OUTER.format(folder="").replace("+ 1", "+ 100"))
+    assert run(package) == (110, 0, [])
+    assert run(package) == (110, 1, [])
+
+
 def test_functions_of_one_name_are_kept_apart(package, run):
     (package / "outer.py").write_text("""
 from impactsig._compiled import njit
