@@ -1,5 +1,6 @@
 """The command: results on standard output, one line and a non-zero exit for every error."""
 
+import gc
 import io
 import json
 import os
