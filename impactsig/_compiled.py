@@ -74,8 +74,11 @@ def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @functools.cache
 def state(path: Path) -> str:
-    """Digest of the code of a source file and of all that it imports by relative names."""
-    return _sources.digest(_sources.reached([path]))
+    """Digest of the code of a source file, of this one, and of all that they import.
+
+    This one says how a kernel is compiled and in what form it is kept.
+    """
+    return _sources.digest(_sources.reached([path, Path(__file__)]))
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 import pytest
 from numba.core.registry import cpu_target
@@ -171,7 +172,7 @@ outer.stats = first.stats
     assert run(package) == (1002, 0, [])
 
 
-def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
+def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path, monkeypatch):
     def state(**changed):
         texts = {
             "outer": OUTER.format(folder="deep."),
@@ -188,6 +189,11 @@ def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
     first = state()
     assert state(other="B = 2\n") == first
     assert state(names="A = 2\n") != first
+    # And of how kernels are kept: a file may leave it to another to compile its functions.
+    text = Path(_compiled.__file__).read_text()
+    (tmp_path / "_compiled.py").write_text(text + "form = 2\n")
+    monkeypatch.setattr(_compiled, "__file__", str(tmp_path / "_compiled.py"))
+    assert state(last="") != first
 
 
 TWO_AT_ONCE = """
