@@ -134,12 +134,12 @@ def spline_integral(values: np.ndarray, step: float, x: np.ndarray) -> np.ndarra
     m[0], m[-1] = 2 * m[1] - m[2], 2 * m[-2] - m[-3]
     whole = (values[:-1] + values[1:]) / 2 - (m[:-1] + m[1:]) / 24
     before = np.concatenate([[0.0], np.cumsum(whole)])
-    i = np.clip((x / step).astype(np.intp), 0, len(values) - 2)
-    u = x / step - i
+    k = np.clip((x / step).astype(np.intp), 0, len(values) - 2)
+    u = x / step - k
     since, ahead = u * u, 1 - (1 - u) ** 2
-    part = (values[i] * ahead + values[i + 1] * since) / 2
-    part -= (m[i] * ahead**2 + m[i + 1] * since * (2 - since)) / 24
-    return step * (before[i] + part)
+    part = (values[k] * ahead + values[k + 1] * since) / 2
+    part -= (m[k] * ahead**2 + m[k + 1] * since * (2 - since)) / 24
+    return step * (before[k] + part)
 
 
 def _window(cycles: np.ndarray) -> float:
