@@ -27,6 +27,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from llvmlite import binding
 from numba.core import config, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
@@ -73,8 +74,11 @@ def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @functools.cache
 def state(path: Path) -> str:
-    """Digest of the code of a source file and of all that it imports by relative names."""
-    return _sources.digest(_sources.reached([path]))
+    """Digest of the code of a source file, of this one, and of all that they import.
+
+    This one says how a kernel is compiled and in what form it is kept.
+    """
+    return _sources.digest(_sources.reached([path, Path(__file__)]))
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:
@@ -237,8 +241,40 @@ class _Kept(CompileResultCacheImpl):
         return f"{fullname.replace('<', '').replace('>', '')}-{earlier}.{python}"
 
     def reduce(self, cres: Any) -> Any:
-        """Without the listing of types, a quarter of the whole, which only people read."""
-        return super().reduce(cres._replace(type_annotation=""))
+        """Without the listing of types, a quarter of the whole, which only people read.
+
+        With the names that the code defines, which numba would read from its LLVM code.
+        """
+        module = cres.library._get_module_for_linking()
+        parts = *module.functions, *module.global_variables
+        names = {part.name for part in parts if not part.is_declaration}
+        return names, *super().reduce(cres._replace(type_annotation=""))
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Without the LLVM code, which is parsed once another function is compiled with it.
+
+        To parse it took a seventh of a short command's time.
+        """
+        names, (name, kind, (machine_code, bitcode)), *rest = payload
+        target_context.codegen()._engine._defined_symbols |= names
+        library = name, kind, (machine_code, _no_code())
+        result = super().rebuild(target_context, (library, *rest))
+        result.library._shared_module = None
+        result.library._get_module_for_linking = functools.partial(_code, result.library, bitcode)
+        return result
+
+
+@functools.cache
+def _no_code() -> bytes:
+    """LLVM code of a module of nothing."""
+    return binding.parse_assembly("").as_bitcode()
+
+
+def _code(library: Any, bitcode: bytes) -> Any:
+    """The LLVM code of a library that was read."""
+    if library._shared_module is None:
+        library._shared_module = binding.parse_bitcode(bitcode)
+    return library._shared_module
 
 
 _SHIPPED = "_kernels"

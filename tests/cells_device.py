@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from impactsig import scenes
+
 
 class Orbit(NamedTuple):
     last: float
@@ -92,3 +94,8 @@ def maybe(a):
 
 def of_strings(a):
     return float(f"{a:.3}")
+
+
+def walls(gamma, friction):
+    """A machine with friction between two rigid stops."""
+    return scenes.begley_virgin(gamma, 1.5, friction)

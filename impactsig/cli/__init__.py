@@ -7,11 +7,14 @@ else: so ``--help`` answers at once.
 from __future__ import annotations
 
 import argparse
+import atexit
+import contextlib
+import gc
 import io
 import os
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from ..errors import ImpactsigError, ImpactsigWarning
@@ -47,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A channel may be named in letters that the terminal's encoding does not have.
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        with warnings.catch_warnings(), standard_input(chosen):
+        with _rare_collections(), warnings.catch_warnings(), standard_input(chosen):
             _show_warnings_as_lines()
             run(chosen)
             sys.stdout.flush()
@@ -70,6 +73,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: unexpected {what} (set {DEBUG}=1 for a traceback)", file=sys.stderr)
         return 1
     return 0
+
+
+@contextlib.contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Collect garbage seldom, and none at the end of the process.
+
+    A command makes some 10^6 objects in its imports, nearly all of which stay: to look through them
+    again and again took a quarter of its time, and at the end a third of a second more.
+    """
+    thresholds = gc.get_threshold()
+    atexit.register(gc.freeze)
+    gc.set_threshold(20_000, 10, 10)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)
 
 
 def _show_warnings_as_lines() -> None:

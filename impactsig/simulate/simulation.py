@@ -125,9 +125,11 @@ def simulate(  # type: ignore[misc]
     Motion, Motions, BeamMotion, NoisyMotion, FlowMotion, ControlledMotion or ControlledFlowMotion
         Each has ``system``, ``start``, ``duration``, ``stop``, ``final``, ``sample(time)`` and a
         ``status``: "complete"; "work limit" where the number of legs (of an oscillator 100 000 and
-        10 000 a period) is used up; "diverged" where a number overflowed; "broken law" where a
-        function of the user's raised an error or returned what cannot be. What was computed until
-        then is kept.
+        10 000 a period) is used up; "diverged" where a number overflowed, or under feedback and
+        where motions are stepped, where rounding became as large as the machine (at 2^53 times the
+        greatest of its stops' distances, what its forces displace, and the start); "broken law"
+        where a function of the user's raised an error or returned what cannot be. What was computed
+        until then is kept.
 
     Raises
     ------

@@ -7,63 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ImpactsigError, InvalidInput, MissingExtra
+from ..errors import ImpactsigError
 from ._cells import Job, Outcome, brief, seeded
 from ._grid import Grid, Task
 from ._pool import Threads
-from .fingerprint import digest
+from .device import RESIDENT, THREADS, blocks, simulated
 
-EXTRA = "gpu"
-THREADS = 64
-"""In a block."""
-BLOCKS = 128
-"""In a launch, at the least: numba warns of fewer. Those that have no cell end at once."""
-RESIDENT = 512
-"""Cells to each multiprocessor below which a launch takes as long with fewer."""
 LARGEST = 2**20
 """Cells to a tile, at the most: to keep them takes a quarter of a second, and memory."""
 RAISED = "raised an error on the GPU, which cannot tell what: call the function with these values"
-
-
-def parts_of_device() -> dict[str, str]:
-    """Properties of the device that the bits may depend on besides the code, by name.
-
-    Raises
-    ------
-    MissingExtra
-        If numba-cuda is not installed.
-    InvalidInput
-        If there is no GPU that it can use.
-    """
-    try:
-        from numba import cuda
-    except ImportError:
-        raise MissingExtra("numba-cuda", EXTRA, "A sweep on a GPU") from None
-    if simulated():
-        return {"GPU": "simulated"}
-    if cuda.implementation != "NVIDIA":
-        raise MissingExtra("numba-cuda", EXTRA, "A sweep on a GPU")
-    try:
-        if cuda.is_available():
-            from numba.cuda.cudadrv import nvvm
-
-            major, minor = cuda.get_current_device().compute_capability
-            functions = digest(nvvm.LibDevice().get())
-            return {"GPU": f"compute capability {major}.{minor}", "libdevice": functions}
-        why = " ".join(str(cuda.cuda_error() or "NVVM, its compiler, is missing").split())
-    except Exception as error:
-        why = brief(error)
-    raise InvalidInput(
-        "executor", "gpu", "a machine with an NVIDIA GPU, its driver and impactsig[gpu]",
-        f'Here, {why.rstrip(".")}. Without one, take executor="processes"',
-    )  # fmt: skip
-
-
-def simulated() -> bool:
-    """Whether numba simulates a GPU, as it does where NUMBA_ENABLE_CUDASIM is 1."""
-    from numba import config
-
-    return bool(config.ENABLE_CUDASIM)
 
 
 class Gpu(Threads):
@@ -78,12 +30,9 @@ class Gpu(Threads):
         self.job = job
         self.kinds = {name: _kind(grid.axes.get(name)) for name in names}
         self.kernel, self.fields = compiled(job.function, self.kinds)
-        if simulated():
-            self.blocks = 1
-        else:
+        if not simulated():
             from numba import cuda
 
-            self.blocks = BLOCKS
             self.least = RESIDENT * cuda.get_current_device().MULTIPROCESSOR_COUNT
         super().__init__(self._launch, 1)
 
@@ -112,8 +61,7 @@ class Gpu(Threads):
         columns = [cuda.to_device(task.columns[n].astype(kind)) for n, kind in self.kinds.items()]
         results = [cuda.device_array((count, *one.shape), one.dtype) for one in self.fields]
         ended = cuda.to_device(np.zeros(count, np.int8))
-        blocks = max(self.blocks, -(-count // THREADS))
-        self.kernel[blocks, THREADS](ended, *columns, *results)
+        self.kernel[blocks(count), THREADS](ended, *columns, *results)
         found = {
             one.name: result.copy_to_host()
             for one, result in zip(self.fields, results, strict=True)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import inspect
-import threading
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numba
@@ -16,6 +14,7 @@ from numba import cuda
 
 from ..errors import InvalidInput
 from ._cells import brief, is_compiled, name_of
+from .device_kernels import without_fusing
 
 REQUIRED = (
     "for a GPU, a function of one cell, of numbers, that numba can compile and that returns a "
@@ -160,7 +159,7 @@ def _for_device(source: str, function: Any, fixed: dict[str, Any], signature: An
     kernel = _defined(source, "cells", {"cuda": cuda, "function": inner, **fixed})
     if simulated:
         return cuda.jit(kernel)
-    with _without_fusing():
+    with without_fusing():
         return cuda.jit(signature, lto=False)(kernel)  # optimised when linked, it would be fused
 
 
@@ -174,27 +173,6 @@ def _ending_alone(function: Callable[..., Any]) -> Callable[..., Any]:
             raise SystemExit from None
 
     return cell
-
-
-_fusing = threading.Lock()
-
-
-@contextlib.contextmanager
-def _without_fusing() -> Iterator[None]:
-    """Disable fused multiply-add, so that results round as on CPUs.
-
-    NVVM makes one operation, rounded once, of a product and a sum, which orbits of a chaotic map
-    soon show. NVVM has an option against it, which numba-cuda does not pass on (its issue 118).
-    """
-    from numba.cuda.cudadrv import nvvm
-
-    with _fusing:
-        own = nvvm.compile_ir
-        nvvm.compile_ir = functools.partial(own, fma=False)
-        try:
-            yield
-        finally:
-            nvvm.compile_ir = own
 
 
 def _defined(source: str, name: str, names: dict[str, Any]) -> Any:

@@ -16,7 +16,7 @@ from .._arguments import path as path_of
 from .._watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
-from ._gpu import Gpu, parts_of_device
+from ._gpu import Gpu
 from ._grid import Grid, Tiling, grid_of, tile_shape
 from ._identity import identity_of, refuse_other
 from ._payload import pack
@@ -24,6 +24,7 @@ from ._pool import Executor, Serial, Threads
 from ._processes import Processes
 from ._results import Results
 from ._store import Store, claim, locked
+from .device import own_threads, parts_of_device
 from .fingerprint import code_of
 from .study import Study, stored
 
@@ -220,8 +221,7 @@ def _executor(
 
         return Cluster(client, pack(job, code))
     if kind == "gpu":
-        if workers is not None:
-            raise InvalidInput("workers", workers, 'none with executor="gpu"', "It has its own")
+        own_threads(workers)
         if job.vectorized:
             raise InvalidInput(
                 "vectorized", True, 'False with executor="gpu": it takes a function of one cell'

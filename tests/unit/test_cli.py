@@ -1,5 +1,6 @@
 """The command: results on standard output, one line and a non-zero exit for every error."""
 
+import gc
 import io
 import json
 import os
@@ -65,6 +66,20 @@ def test_detect_writes_a_table_that_reads_back_as_the_same_impacts(recording, ca
     found = Impacts.read_csv(path)
     np.testing.assert_allclose(found.time, TOUCH, atol=40e-6)
     assert (found.unit, found.sensor, found.duration) == ("V", "force", 1.0)
+
+
+def test_the_collector_of_garbage_is_left_as_it_was(monkeypatch, recording):
+    """A command looks seldom through what its imports have made; a caller's setting comes back."""
+    within = []
+    monkeypatch.setattr(
+        "impactsig.cli._show_warnings_as_lines", lambda: within.append(gc.get_threshold())
+    )
+    before = gc.get_threshold()
+    for path in (recording, "missing.wav"):
+        run("detect", path, "--sensor", "force")
+        assert gc.get_threshold() == before
+    assert all(thresholds[0] > before[0] for thresholds in within)
+    assert len(within) == 2
 
 
 def test_detect_writes_parquet(recording, tmp_path):

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 import pytest
 from numba.core.registry import cpu_target
@@ -127,6 +128,14 @@ def test_a_kernel_does_what_another_file_says_now(package, run):
     assert run(package) == (16, 0, [])
 
 
+def test_a_kernel_is_compiled_with_one_that_was_read(package, run):
+    """Of a function that is read the LLVM code is parsed only then."""
+    assert run(package) == (11, 0, [])
+    (package / "outer.py").write_text(OUTER.format(folder="").replace("+ 1", "+ 100"))
+    assert run(package) == (110, 0, [])
+    assert run(package) == (110, 1, [])
+
+
 def test_functions_of_one_name_are_kept_apart(package, run):
     (package / "outer.py").write_text("""
 from impactsig._compiled import njit
@@ -163,7 +172,7 @@ outer.stats = first.stats
     assert run(package) == (1002, 0, [])
 
 
-def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
+def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path, monkeypatch):
     def state(**changed):
         texts = {
             "outer": OUTER.format(folder="deep."),
@@ -180,6 +189,11 @@ def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path):
     first = state()
     assert state(other="B = 2\n") == first
     assert state(names="A = 2\n") != first
+    # And of how kernels are kept: a file may leave it to another to compile its functions.
+    text = Path(_compiled.__file__).read_text()
+    (tmp_path / "_compiled.py").write_text(text + "form = 2\n")
+    monkeypatch.setattr(_compiled, "__file__", str(tmp_path / "_compiled.py"))
+    assert state(last="") != first
 
 
 TWO_AT_ONCE = """

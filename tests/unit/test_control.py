@@ -245,6 +245,25 @@ def test_a_gain_that_blows_up_says_so_and_keeps_what_there_was():
     assert np.isfinite(course.sample(np.linspace(0, course.duration, 100))).all()
 
 
+@pytest.mark.parametrize(
+    "feedback", [DelayedFeedback(-1.0, 1), DelayedFeedback(20.0, 1, signal="displacement")]
+)
+def test_a_gain_that_blows_up_before_a_hertz_stop_diverges_and_spends_no_work(feedback):
+    """At speeds of 1e51 contacts take as many steps as a run may, and are but rounding."""
+    machine = Oscillator(damping=0.1, stops=(Stop(1.0, Hertz(30.0)),), forces=(Force(0.5, 1.1),))
+    motion = simulate(Controlled(machine, feedback, start=2), periods=300)
+    assert motion.status == "diverged"
+    assert motion.duration / machine.forcing_period < 300
+    assert motion.impact_count < 1500
+    assert 1e15 < max(np.abs(motion.final[:2])) < 1e18
+
+
+def test_a_fast_start_is_no_divergence():
+    machine = Oscillator(damping=0.1, stops=(Stop(1.0, Hertz(30.0)),), forces=(Force(0.5, 1.1),))
+    motion = simulate(machine, initial=(0.0, 1e17), periods=2)
+    assert motion.status == "complete"
+
+
 def test_a_law_that_is_broken_ends_the_run():
     def law(t, x, v):
         return math.nan if t > 30 else 0.0

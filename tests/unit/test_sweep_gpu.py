@@ -7,11 +7,8 @@ can be told without one from the code that it would run, where numba-cuda's comp
 from __future__ import annotations
 
 import functools
-import multiprocessing
 import shutil
 import sys
-import types
-from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -19,10 +16,11 @@ import pytest
 from impactsig import ImpactsigError, ImpactsigWarning, InvalidInput, MissingExtra, sweep
 from impactsig.studies import _gpu, sweeping
 from impactsig.studies._cells import Job, Outcome
-from impactsig.studies._gpu import parts_of_device
 from impactsig.studies._grid import grid_of
+from impactsig.studies.device import parts_of_device
 from tests import cells_device as cells
 from tests.cells import contents, same
+from tests.gpu import pretend_device, simulating
 
 MAP = {"growth": np.linspace(3.4, 4, 25), "start": [0.1, 0.2, 0.7]}
 BALL = {"restitution": np.linspace(0.1, 0.9, 13), "amplitude": [0.0, 0.05, 0.1]}
@@ -30,17 +28,9 @@ BALL = {"restitution": np.linspace(0.1, 0.9, 13), "amplitude": [0.0, 0.05, 0.1]}
 
 @pytest.fixture(scope="module")
 def simulator():
-    """A process in which numba simulates: it reads the variable when it is imported."""
-    pytest.importorskip("numba.cuda")
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("NUMBA_ENABLE_CUDASIM", "1")
-            assert pool.submit(parts_of_device).result() == {"GPU": "simulated"}
-
-        def simulated(*args, **options):
-            return pool.submit(sweep, *args, executor="gpu", **options).result()
-
-        yield simulated
+    """A sweep in a process in which numba simulates a GPU."""
+    with simulating() as called:
+        yield functools.partial(called, sweep)
 
 
 @pytest.fixture
@@ -262,25 +252,9 @@ def test_a_tile_fills_the_gpu(cells_, seconds, wanted):
 
 @pytest.fixture
 def assembly(monkeypatch):
-    """What a device of compute capability 8.0 would run for a function; it is not loaded there."""
-    from numba import cuda
-
-    try:
-        from numba.cuda.cudadrv import nvvm
-
-        assert cuda.implementation == "NVIDIA"
-        nvvm.NVVM()
-    except Exception as error:
-        pytest.skip(f"needs the compiler of impactsig[gpu] ({type(error).__name__})")
-    from numba.cuda import codegen, dispatcher
-
+    """What a device would run for a function."""
+    pretend_device(monkeypatch)
     from impactsig.studies import _gpu_kernel
-
-    device = types.SimpleNamespace(compute_capability=(8, 0), id=0)
-    context = types.SimpleNamespace(device=device)
-    monkeypatch.setattr(dispatcher, "get_current_device", lambda: device)
-    monkeypatch.setattr(codegen.devices, "get_context", lambda *number: context)
-    monkeypatch.setattr(dispatcher._Kernel, "bind", lambda kernel: None)
 
     def compiled(function, **kinds):
         kinds = kinds or {"a": float, "b": float}

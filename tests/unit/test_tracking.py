@@ -7,7 +7,13 @@ from impactsig.intervals.phases._drift import _second_differences, fit_drift
 from impactsig.intervals.phases._drift_kernels import solve
 from impactsig.intervals.phases._satellites import satellites
 from impactsig.intervals.phases._tracking_kernels import coherence, window_scores
-from impactsig.intervals.phases.tracking import WEIGHT, best_path, tracked_phase, tracked_rate
+from impactsig.intervals.phases.tracking import (
+    WEIGHT,
+    best_path,
+    spline_integral,
+    tracked_phase,
+    tracked_rate,
+)
 
 
 def test_the_score_of_a_window_is_the_sum_over_harmonics():
@@ -27,6 +33,23 @@ def test_the_score_of_a_window_is_the_sum_over_harmonics():
                 power += WEIGHT[h - 1] * abs(np.sum(weight * wave)) ** 2
             norm = np.sqrt(np.sum(weight**2) * np.sum(weight))
             assert scores[k, r] == pytest.approx(power / norm, rel=1e-10)
+
+
+@pytest.mark.parametrize("count", [4, 5, 8, 200])
+def test_the_integral_of_a_spline_is_exact_for_cubics_and_that_of_scipy(count):
+    from scipy.interpolate import CubicSpline
+
+    rng, step = np.random.default_rng(count), 0.37
+    knots = step * np.arange(count)
+    x = np.concatenate([[0.0, knots[-1]], rng.uniform(0, knots[-1], 100)])
+    cubic = np.poly1d([0.3, -1.0, 0.5, 2.0])
+    u = x / knots[-1]
+    exact = knots[-1] * cubic.integ()(u)
+    found = spline_integral(cubic(knots / knots[-1]), step, x)
+    np.testing.assert_allclose(found, exact, rtol=1e-13, atol=1e-14)
+    values = rng.standard_normal(count)
+    scipys = CubicSpline(knots, values).antiderivative()(x)
+    np.testing.assert_allclose(spline_integral(values, step, x), scipys, atol=1e-13 * count)
 
 
 def test_coherence_is_the_power_within_windows():

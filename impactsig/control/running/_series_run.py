@@ -118,8 +118,8 @@ def run(p, f, s, fb, line, room, laps, clock, state, count, events, end_turns, e
             set_clock(clock, end_turns, end_phase)
             return DONE
         y, v = state[Q], state[V]
-        if not (abs(y) < 1e140 and abs(v) < 1e140):
-            return DIVERGED  # their squares would overflow
+        if not (abs(y) < p.far and abs(v) < p.far):
+            return DIVERGED
         past, smooth = recall(fb, line, count, clock)
         ahead = min(end, smooth)
         x = y + origin(p, count[MODE])

@@ -12,12 +12,14 @@ from ...simulate.basis.laws import RIGID
 from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import room
 from ...simulate.exact.modes import Stack, stacks, subset
+from ..tangents.carrying import carry_all
 from ..tangents.columns import FIRST, IN_MODE, TOTALS
 from ._closing import EXACT, LONGEST, orbits_beside
 from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
 
 LEGS = 100_000  # work in one forcing period after which a motion is given up
 CHATTER = 1e-6  # as that of `simulate`
+NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)  # of attractors
 FIRST_LOOK = 24  # periods, then twice as many: where Newton's method may spare the rest
 
 
@@ -40,7 +42,7 @@ class Started(NamedTuple):
 
 def follow_cells(
     columns: Columns, periods: int, initial: np.ndarray, phase: np.ndarray, tolerance: float,
-    ends: bool,
+    ends: bool, gpu: bool = False,
 ) -> Cells:  # fmt: skip
     """Follow machines for so many forcing periods, or if that `ends` until their orbits are known.
 
@@ -62,7 +64,7 @@ def follow_cells(
             longest = LONGEST if recurs else 0  # else no motion closes
             rule = tolerance, longest, ends, LEGS
             rounds = _rounds(periods) if ends and recurs else [periods]
-            own_cells = _followed(mine, start, phase[which], rounds, rule)
+            own_cells = _followed(mine, start, phase[which], rounds, rule, gpu)
             for column, part in zip(found, own_cells, strict=True):
                 column[which] = part
     return found
@@ -80,18 +82,22 @@ def _rounds(periods: int) -> list[int]:
 
 def _followed(
     stack: Stack, start: Started, phase: np.ndarray, rounds: list[int],
-    rule: tuple[float, int, bool, int],
+    rule: tuple[float, int, bool, int], gpu: bool,
 ) -> Cells:  # fmt: skip
     """Machines of one stack up to the last of the rounds, or until it is known where they end."""
     n = len(phase)
     strobes, ended = np.zeros((n, rounds[-1] + 1, STROBE)), np.zeros((n, FOUND), np.int64)
     beside = np.full(n, -1)  # impacts of the orbit that was found beside it
     for upto in rounds:
-        strobe(stack, start, strobes, upto, rule, ended)
+        strobe(stack, start, strobes, upto, rule, ended, gpu)
         going = np.flatnonzero((ended[:, CLOSED] == 0) & (ended[:, STATUS_OF] == DONE))
         if rule[1] and len(going):
             orbits = orbits_beside_machines(
-                subset(stack, going), phase[going], strobes[going, : upto + 1], ended[going, TAKEN]
+                subset(stack, going),
+                phase[going],
+                strobes[going, : upto + 1],
+                ended[going, TAKEN],
+                gpu,
             )
             near = orbits.period > 0
             ended[going[near], CLOSED] = orbits.period[near]
@@ -105,68 +111,74 @@ def _followed(
 
 
 def orbits_beside_machines(
-    stack: Stack, phase: np.ndarray, strobes: np.ndarray, last: np.ndarray
+    stack: Stack, phase: np.ndarray, strobes: np.ndarray, last: np.ndarray, gpu: bool
 ) -> Any:
     """`_closing.orbits_beside` for oscillators of one stack."""
 
     def returned(
         which: np.ndarray, points: np.ndarray, m: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return returns(subset(stack, which), points, phase[which], m)
+        return returns(subset(stack, which), points, phase[which], m, gpu)
 
     def again(which: np.ndarray, points: np.ndarray, periods: int) -> tuple[np.ndarray, np.ndarray]:
         mine = subset(stack, which)
         moving = Moving.at(mine, points, phase[which])
         start = Started(moving.clocks, moving.states, moving.counts)
-        rows, ended = strobed(mine, start, periods, (1e-2, LONGEST, False, LEGS))
+        rows, ended = strobed(mine, start, periods, (1e-2, LONGEST, False, LEGS), gpu)
         return rows, (ended[:, STATUS_OF] == DONE) & _inside(mine, points)
 
     return orbits_beside(strobes, last, returned, again, EXACT)
 
 
 def strobed(
-    stack: Stack, start: Started, periods: int, rule: tuple[float, int, bool, int]
+    stack: Stack,
+    start: Started,
+    periods: int,
+    rule: tuple[float, int, bool, int],
+    gpu: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stroboscopic points of oscillators, shape (n, periods + 1, 4), and their outcomes."""
     n = len(start.states)
     strobes, ended = np.zeros((n, periods + 1, STROBE)), np.zeros((n, FOUND), np.int64)
-    strobe(stack, start, strobes, periods, rule, ended)
+    strobe(stack, start, strobes, periods, rule, ended, gpu)
     return strobes, ended
 
 
 def strobe(
     stack: Stack, start: Started, strobes: np.ndarray, upto: int,
-    rule: tuple[float, int, bool, int], ended: np.ndarray,
+    rule: tuple[float, int, bool, int], ended: np.ndarray, gpu: bool,
 ) -> None:  # fmt: skip
     """Take strobes of machines up to row `upto`, as `follow_machines` does."""
     many = stack.problem
-    follow_machines(many, room(many), *stack.laws, *start, strobes, upto, rule, ended)
+    if gpu:
+        from .gpu import follow
+
+        follow(many, np.arange(len(ended)), *start, strobes, upto, rule, NOTHING_KNOWN, ended)
+        return
+    follow_machines(
+        many, room(many), *stack.laws, *start, strobes, upto, rule, NOTHING_KNOWN, ended
+    )
 
 
 def returns(
-    stack: Stack, points: np.ndarray, phase: np.ndarray, periods: np.ndarray
+    stack: Stack, points: np.ndarray, phase: np.ndarray, periods: np.ndarray, gpu: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States so many periods after points, their derivatives, and which succeeded.
 
     Points, places and derivatives are in the engine's units.
     """
-    from ..tangents.tangent_batch import carry_range
-
     n = len(points)
     moving = Moving.at(stack, points, phase)
+    moving.on_gpu = gpu
     place = np.zeros((n, 6))
     place[:, PHASE], place[:, IN_MODE] = phase, moving.counts[:, MODE]
     moving.to(periods.astype(float), True, 1)
     columns, totals = np.tile(np.eye(2), (n, 1, 1)), np.zeros((n, TOTALS))
     instants, taken = np.empty((n, 0, 2)), np.empty((n, 0, TOTALS))
-    clocks = np.ascontiguousarray(moving.clocks[:, :2])
-    for block, rows in enumerate(moving.rows):
-        first = block * moving.size
-        carry_range(
-            stack.problem, rows, moving.ends, clocks, np.ones(n, bool), instants, taken, place,
-            columns, totals, np.empty((n, 0, 3)), False, *stack.laws,
-            first, min(first + moving.size, n),
-        )  # fmt: skip
+    unlisted = np.empty((n, 0, 3))
+    carry_all(
+        moving, np.ones(n, bool), instants, taken, place, columns, totals, unlisted, False
+    )  # fmt: skip
     with np.errstate(over="ignore", under="ignore"):
         matrix = columns * np.exp(totals[:, FIRST])[:, None, None]
     machine = np.arange(n)

@@ -28,11 +28,9 @@ from ...simulate.basis.frame import base_motion, pace, reference_frequency
 from ...simulate.exact.exact import ExactEngine, piecewise_linear
 from ...simulate.run import Run
 from ..tangents.tangent import tangent_map
-from ._cells import LEGS
+from ._cells import LEGS, NOTHING_KNOWN
 from ._closing import LONGEST, orbits_beside
 from ._strobing import closing, follow
-
-NOTHING_KNOWN = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
 
 
 def ground(oscillator: Oscillator, phase: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,10 +6,8 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import inlined, inner, kernel, njit
 from ...simulate.basis.events import (
-    COLUMNS,
-    COUNTERS,
     DONE,
     IMPACT_COUNT,
     LEG_COUNT,
@@ -24,18 +22,17 @@ from ...simulate.basis.events import (
 )
 from ...simulate.batches.batch_kernels import machine
 from ...simulate.exact.engine import run
-from ...simulate.exact.passing import set_clock
 
 NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
 # What is found of a start: status, period of the orbit (0: not closed), attractor that caught it
-# (-1: none), periods taken.
+# (counted from 1; 0: none), periods taken.
 STATUS_OF, CLOSED, CAUGHT, TAKEN = range(4)
 FOUND = TAKEN + 1
 
 RESOLVED = 10.0  # strobes closer than so many tolerances are one
 
 
-@njit(nogil=True)
+@kernel
 def closing(strobes, n, tolerance, longest):
     """Period of the orbit that strobe n closes, 0 if none.
 
@@ -64,7 +61,7 @@ def closing(strobes, n, tolerance, longest):
     return 0
 
 
-@njit(nogil=True)
+@inner
 def least(strobes, n, m, limit):
     """Least divisor of m after which the last m strobes repeat within a limit."""
     for d in range(1, m):
@@ -96,13 +93,13 @@ def least_of_each(strobes, m, share):
     return periods, impacts
 
 
-@njit(nogil=True, inline="always")
+@inlined
 def apart(strobes, i, j):
     """Distance of two strobes: the greater of displacement and velocity."""
     return max(abs(strobes[i, Q] - strobes[j, Q]), abs(strobes[i, V] - strobes[j, V]))
 
 
-@njit(nogil=True)
+@inlined
 def caught(x, v, points, owner, radius):
     """Index of the attractor within whose radius a strobe lies, -1 if none."""
     for k in range(len(points)):
@@ -111,7 +108,7 @@ def caught(x, v, points, owner, radius):
     return -1
 
 
-@njit(nogil=True)
+@kernel
 def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, known):
     """Fill in strobes from row `first` on, one forcing period each, until the orbit closes.
 
@@ -121,7 +118,6 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, 
     within which they catch. Returns the status, the last row filled in, the period of the orbit
     (0 if it has not closed), and the attractor that caught it (-1 if none).
     """
-    none = np.empty((0, COLUMNS))
     tolerance, longest, ends, legs = rule
     points, owner, radius = known
     phase, period, seen = clock[PHASE], 0, 0
@@ -129,8 +125,9 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, 
         impacts, energy = count[IMPACT_COUNT], state[LOST]
         count[LEG_COUNT] = 0
         status = run(
-            p, scratch, clock, state, count, none, clock[TURNS] + 1.0, phase, legs, upper, lower
-        )
+            p, scratch, clock, state, count, strobes[:0], clock[TURNS] + 1.0, phase, legs,
+            upper, lower,
+        )  # fmt: skip
         if status != DONE:
             return status, n - 1, 0, -1
         strobes[n, Q] = state[Q] + p.origin[count[MODE]]
@@ -149,57 +146,55 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, 
     return DONE, len(strobes) - 1, period if len(strobes) - 1 - seen <= 3 * longest else 0, -1
 
 
-@njit(nogil=True)
-def follow_all(p, scratch, upper, lower, phase, states, modes, strobes, rule, known, found, orbits):
-    """Follow many starts: status, period, attractor and periods taken of each, and closed orbits.
+@inner
+def go_on(p, scratch, upper, lower, clock, state, count, strobes, rule, known, found):
+    """`follow` a motion from where it is, which `found` says; that is then brought up to date.
 
-    `found` has shape (starts, FOUND), `orbits` (starts, longest, 3), the last being the impacts.
+    `found` has FOUND zeros at first. A motion that has ended is left as it is.
     """
-    clock, count = np.empty(3), np.zeros(COUNTERS, np.int64)
-    for k in range(len(states)):
-        set_clock(clock, 0.0, phase)
-        count[:] = 0
-        count[MODE] = modes[k]
-        state = states[k]
-        strobes[0, Q], strobes[0, V] = state[Q] + p.origin[modes[k]], state[V]
+    if found[STATUS_OF] != DONE or found[CLOSED] > 0 or found[CAUGHT] > 0:
+        return
+    first = found[TAKEN] + 1
+    if first == 1:
+        strobes[0, Q], strobes[0, V] = state[Q] + p.origin[count[MODE]], state[V]
         strobes[0, STROBE_IMPACTS] = strobes[0, STROBE_ENERGY] = 0.0
-        status, last, m, by = follow(
-            p, scratch, upper, lower, clock, state, count, strobes, 1, rule, known
-        )
-        found[k, STATUS_OF], found[k, CLOSED], found[k, CAUGHT], found[k, TAKEN] = (
-            status,
-            m,
-            by,
-            last,
-        )
-        for j in range(m):
+    status, last, m, by = follow(
+        p, scratch, upper, lower, clock, state, count, strobes, first, rule, known
+    )
+    found[STATUS_OF], found[CLOSED], found[CAUGHT], found[TAKEN] = status, m, by + 1, last
+
+
+@kernel
+def follow_starts(
+    p, scratch, upper, lower, clocks, states, counts, strobes, rule, known, found, orbits
+):
+    """Follow many starts of one machine: what is found of each, and closed orbits.
+
+    `found`, of zeros, has shape (starts, FOUND), `orbits` (starts, longest, 3), the last being the
+    impacts. All share the `strobes`.
+    """
+    for k in range(len(states)):
+        go_on(
+            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes, rule, known,
+            found[k],
+        )  # fmt: skip
+        first = found[k, TAKEN] - found[k, CLOSED] + 1
+        for j in range(found[k, CLOSED]):
             for c in range(3):
-                orbits[k, j, c] = strobes[last - m + 1 + j, c]
+                orbits[k, j, c] = strobes[first + j, c]
 
 
-@njit(nogil=True)
+@kernel
 def follow_machines(
-    many, scratch, upper, lower, clocks, states, counts, strobes, upto, rule, found
+    many, scratch, upper, lower, clocks, states, counts, strobes, upto, rule, known, found
 ):
     """Follow one motion of each machine of a layout, from where the clocks and states are.
 
-    `many` are their tables as `simulate._modes.stacks` makes them; `upto` is the last strobe to be
-    taken. `found`, of shape (machines, FOUND), has zeros at first, and then the status, the period
-    of the orbit and the periods taken, from which the next call goes on. A motion that has ended or
-    closed is left as it is.
+    `many` are their tables as `modes.stacks` makes them; `upto` is the last strobe to be taken, and
+    the next call goes on from there.
     """
-    known = np.empty((0, 2)), np.empty(0, np.int64), np.empty(0)
     for k in range(len(states)):
-        if found[k, STATUS_OF] != DONE or found[k, CLOSED] > 0:
-            continue
-        first = found[k, TAKEN] + 1
-        p = machine(many, k)
-        if first == 1:
-            strobes[k, 0, Q] = states[k, Q] + p.origin[counts[k, MODE]]
-            strobes[k, 0, V] = states[k, V]
-            strobes[k, 0, STROBE_IMPACTS] = strobes[k, 0, STROBE_ENERGY] = 0.0
-        status, last, m, _ = follow(
-            p, scratch, upper, lower, clocks[k], states[k], counts[k], strobes[k][: upto + 1],
-            first, rule, known,
+        go_on(
+            machine(many, k), scratch, upper, lower, clocks[k], states[k], counts[k],
+            strobes[k][: upto + 1], rule, known, found[k],
         )  # fmt: skip
-        found[k, STATUS_OF], found[k, CLOSED], found[k, TAKEN] = status, m, last

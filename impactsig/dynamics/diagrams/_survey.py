@@ -13,17 +13,24 @@ from ..._arguments import number, thread_count, whole
 from ..._watched import counted
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
-from ...simulate.basis.events import MODE, STROBE, STROBE_IMPACTS
+from ...simulate.basis.columns import form_of
+from ...simulate.basis.events import LOW, PHASE, STROBE, STROBE_IMPACTS
+from ...simulate.batches.moving import takes
 from ...simulate.exact.exact import ExactEngine
 from ...simulate.exact.starts import begun
 from ...simulate.run import Run
 from ..arguments import recurring
-from ._settling import LEGS, LONGEST, NOTHING_KNOWN, ground
+from ._cells import LEGS, NOTHING_KNOWN
+from ._closing import LONGEST
+from ._settling import ground
 
 TILE = 512  # starts that are followed in one call
+TILE_OF_GPU = 2**16
+STROBES = 2**25  # that are kept there, in all
 SCOUTS = 128  # starts that are followed first, to learn of attractors
 ALIKE = 1e3  # orbits whose strobes are closer than so many tolerances are one
 AROUND = 16  # directions in which a point's surroundings are tried
+GROWTH = 2**0.25  # from one ring of starts around a point to the next
 OPEN = -1  # the label of starts whose motion has not closed
 
 
@@ -40,8 +47,9 @@ class Survey:
     """Follows starts of one oscillator; positions and velocities in the engine's units."""
 
     def __init__(
-        self, oscillator: Oscillator, phase: Any, periods: Any, closed: Any, workers: Any
-    ) -> None:
+        self, oscillator: Oscillator, phase: Any, periods: Any, closed: Any, workers: Any,
+        gpu: bool = False,
+    ) -> None:  # fmt: skip
         self.run = Run(oscillator, periods=1, phase=phase)
         recurring("system", oscillator)
         if not isinstance(self.run.engine, ExactEngine):
@@ -53,7 +61,10 @@ class Survey:
         self.phase = self.run.phase
         self.periods = whole("periods", periods, 1)
         self.closed = number("closed", closed, above=0, most=1e-2)
-        self.workers = thread_count(workers)
+        self.workers = 1 if gpu else thread_count(workers)
+        self.gpu = gpu
+        if gpu:
+            takes(form_of(oscillator))
         self.orbits: list[np.ndarray] = []
         self.radii: list[float] = []
 
@@ -89,23 +100,47 @@ class Survey:
         """
         chosen = np.random.default_rng(0).permutation(len(places))[:SCOUTS]
         label = self.follow(places[chosen], False).label
-        for k in range(len(self.orbits)):
-            self.radii[k] = self._radius(k) if catch else 0.0
+        if catch:
+            for k in range(len(self.orbits)):
+                self.radii[k] = self._radius(k)
+            if len(places) > SCOUTS:
+                grown = [self._grown(k) for k in range(len(self.orbits))]
+                self.radii[: len(grown)] = grown  # a ring may have met attractors beyond these
         return chosen, label
 
     def _radius(self, k: int) -> float:
         """Half the distance from which motions all around an attractor return to it."""
-        orbit = self.orbits[k]
-        ways = np.arange(AROUND) * 2 * math.pi / AROUND
-        rim = np.stack([np.cos(ways), np.sin(ways)], axis=1)
-        size = max(float(np.abs(other[:, :2]).max()) for other in self.orbits)
         for halvings in range(20):
-            radius = 0.1 * size * 0.5**halvings
-            around = (orbit[:, None, :2] + radius * rim).reshape(-1, 2)
-            found = self.follow(around[self.possible(around)], False)
-            if np.all(found.label == k):
+            radius = 0.1 * self._size() * 0.5**halvings
+            if self._comes_back(k, radius, 0.0, False):
                 return radius / 2
         return 0.0
+
+    def _grown(self, k: int) -> float:
+        """Three quarters of the distance up to which motions on ever wider rings come back.
+
+        These end where they are caught within the radii that are known already, so that a ring
+        takes a tenth of the time that following it to the end does.
+        """
+        radius = 2 * self.radii[k]
+        for ring in range(40):
+            wider = GROWTH * radius
+            if not 0 < wider <= self._size() or not self._comes_back(k, wider, ring % 2 / 2, True):
+                break
+            radius = wider
+        return max(self.radii[k], 0.75 * radius if ring else 0.0)
+
+    def _size(self) -> float:
+        """Greatest displacement or velocity of all attractors at the strobe."""
+        return max(float(np.abs(orbit[:, :2]).max()) for orbit in self.orbits)
+
+    def _comes_back(self, k: int, radius: float, shift: float, catch: bool) -> bool:
+        """Whether motions from rings around all points of an attractor return to it."""
+        count = 2 * AROUND if catch else AROUND
+        ways = (np.arange(count) + shift) * 2 * math.pi / count
+        rim = np.stack([np.cos(ways), np.sin(ways)], axis=1)
+        around = (self.orbits[k][:, None, :2] + radius * rim).reshape(-1, 2)
+        return bool(np.all(self.follow(around[self.possible(around)], catch).label == k))
 
     def follow(self, places: np.ndarray, catch: bool) -> Found:
         """Follow starts to their attractors, adding new attractors."""
@@ -116,14 +151,15 @@ class Survey:
                 np.repeat(np.arange(len(self.orbits)), [len(orbit) for orbit in self.orbits]),
                 np.array(self.radii),
             )
-        tiles = [slice(at, at + TILE) for at in range(0, len(places), TILE)]
+        size = max(1, min(TILE_OF_GPU, STROBES // self.periods)) if self.gpu else TILE
+        tiles = [slice(at, at + size) for at in range(0, len(places), size)]
         with ThreadPoolExecutor(self.workers) as pool:
             following = pool.map(lambda tile: self._tile(places[tile], known), tiles)
             parts = list(counted(following, len(tiles), " tiles"))
         found = Found(
             np.concatenate([status for status, _, _ in parts]),
             np.concatenate([label for _, label, _ in parts]),
-            {t * TILE + k: orbit for t, part in enumerate(parts) for k, orbit in part[2].items()},
+            {t * size + k: orbit for t, part in enumerate(parts) for k, orbit in part[2].items()},
         )
         for k, orbit in found.orbits.items():  # in the order of the starts, whatever the threads
             found.label[k] = self._match(orbit)
@@ -133,25 +169,32 @@ class Survey:
         self, places: np.ndarray, known: Any
     ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
         """Status and attractor of each start, and orbits that closed without being caught."""
-        from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_all
+        from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_starts
 
         engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
         assert isinstance(engine, ExactEngine)
         states, counts = begun(engine.stack, *np.ascontiguousarray(places.T))
-        modes = counts[:, MODE].copy()
-        found, orbits = (
-            np.empty((len(places), FOUND), np.int64),
-            np.empty((len(places), LONGEST, 3)),
-        )
-        follow_all(
-            engine.problem, engine.scratch, *engine.laws, self.phase, states, modes,
-            np.empty((self.periods + 1, STROBE)), (self.closed, LONGEST, True, LEGS), known,
-            found, orbits,
-        )  # fmt: skip
+        clocks = np.zeros((len(places), LOW + 1))
+        clocks[:, PHASE] = self.phase
+        found = np.zeros((len(places), FOUND), np.int64)
+        orbits = np.empty((len(places), LONGEST, 3))
+        rule = self.closed, LONGEST, True, LEGS
+        if self.gpu:
+            from .gpu import follow_starts_of
+
+            follow_starts_of(
+                engine.stack.problem, clocks, states, counts, self.periods, rule, known, found,
+                orbits,
+            )  # fmt: skip
+        else:
+            follow_starts(
+                engine.problem, engine.scratch, *engine.laws, clocks, states, counts,
+                np.empty((self.periods + 1, STROBE)), rule, known, found, orbits,
+            )  # fmt: skip
         closed = {
             k: orbits[k, : found[k, CLOSED]] for k in np.flatnonzero(found[:, CLOSED]).tolist()
         }
-        return found[:, STATUS_OF], found[:, CAUGHT], closed
+        return found[:, STATUS_OF], found[:, CAUGHT] - 1, closed
 
     def _match(self, orbit: np.ndarray) -> int:
         """Index of the attractor that a closed orbit is, added if new."""

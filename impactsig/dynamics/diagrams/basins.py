@@ -10,10 +10,12 @@ import numpy as np
 
 from ..._arguments import flag, number, thread_count, whole
 from ..._showing import Shown
+from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulate.basis.events import DONE
 from ...simulate.exact.exact import piecewise_linear
+from ...studies.device import Executor, on_gpu
 from ..arguments import parameter_values, recurring
 from ._basins_of_starts import ends
 from ._flow_sections import checked_section
@@ -23,6 +25,7 @@ from ._survey import OPEN, Survey
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FOR_GPU = "for a GPU, an oscillator that is linear between events"
 RECHECKED = 256  # starts that are followed without being caught, scouts among them
 
 
@@ -128,6 +131,7 @@ def basins_of_attraction(
     periods: int = 1000,
     closed: float = 1e-8,
     catch: bool = True,
+    executor: Executor = "threads",
     workers: int | None = None,
 ) -> Basins:
     """Basins of attraction: the attractor that each start of a grid leads to.
@@ -135,7 +139,8 @@ def basins_of_attraction(
     Each is strobed once a forcing period until its orbit closes: until it is back with what is
     left of the transient, as it shrinks, below `closed`. The orbits are matched by their points.
     A start is spared the end of its way once it comes near a point of an attractor that is known,
-    nearer than starts all around that point from which the motion was seen to come back.
+    nearer than rings of starts around that point from all of which the motion was seen to come
+    back.
 
     Parameters
     ----------
@@ -161,6 +166,9 @@ def basins_of_attraction(
         Whether to end a motion near an attractor that is known. Without it every motion is
         followed until its own orbit closes. The result tells how many starts were followed again
         without it, and how many ended elsewhere.
+    executor : {"threads", "gpu"}
+        What moves the oscillator from its starts, as for `simulate_many`; a GPU takes no other
+        system.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -190,16 +198,19 @@ def basins_of_attraction(
     axes = parameter_values("x", x), parameter_values("v", v)
     grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     cut = checked_section(section)
+    gpu = on_gpu(executor, workers)
     if not (isinstance(system, Oscillator) and system.noise is None and piecewise_linear(system)):
         if isinstance(system, Oscillator):
             recurring("system", system)
+        if gpu:
+            raise InvalidInput("system", system, FOR_GPU, 'Else take executor="threads"')
         label, orbits, failed = ends(
             system, grid, cut, number("phase", phase), whole("periods", periods, 1),
             number("closed", closed, above=0, most=1e-2), thread_count(workers),
         )  # fmt: skip
         found_of = [Attractor(own.points, len(own.points), own.impacts, 0.0) for own in orbits]
         return _basins(label, found_of, axes, failed)
-    survey = Survey(system, phase, periods, closed, workers)
+    survey = Survey(system, phase, periods, closed, workers, gpu)
     places = survey.starts(*grid.T)
     which, ends_at = survey.discover(places, catch)
     found = survey.follow(places, catch)

@@ -10,13 +10,15 @@ import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
 from ..._showing import Shown
+from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
 from ...simulate.basis.events import DONE, STROBE_IMPACTS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import in_threads
+from ...simulate.batches.moving import in_threads, takes
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.run import span
+from ...studies.device import Executor, on_gpu
 from ..arguments import made_of_arrays, parameter_names, parameter_values
 from ._cells import follow_cells
 from ._flow_sections import Section, checked_section
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 TOGETHER = 4096  # cells that one call of the kernel follows
 STROBES = 1_000_000  # and how many strobes they may take, which are kept until it is done
 AT_REST = (0.0, 0.0)
+FOR_GPU = "for a GPU, a function that makes oscillators that are linear between events"
 SILENT, IMPACTING, HIGHER, FAILED = 0, 1, 2, -1
 
 
@@ -103,6 +106,7 @@ def periodicity_chart(
     section: tuple[str | int, float] | None = None,
     closed: float = 1e-6,
     skip: bool = True,
+    executor: Executor = "threads",
     workers: int | None = None,
 ) -> PeriodicityChart:
     """Chart of period(m, n) over a plane of two parameters, every cell from the same start.
@@ -135,6 +139,8 @@ def periodicity_chart(
     skip : bool
         Whether a cell ends as soon as its orbit has closed or been found, which is looked for after
         24, 48, 96, ... periods; the orbit is the same without it.
+    executor : {"threads", "gpu"}
+        What moves the oscillators, as for `simulate_many`; a GPU takes no other systems.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -165,19 +171,21 @@ def periodicity_chart(
     function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
     flag("skip", skip)
     cut = checked_section(section)
-    threads = thread_count(workers)
+    gpu = on_gpu(executor, workers)
+    threads = 1 if gpu else thread_count(workers)
     first, second = (grid.ravel() for grid in np.meshgrid(*axes))
     batch = made_of_arrays(scene, first, second)
-    together = max(1, min(TOGETHER, STROBES // periods))
+    most = (2**16, 2**25) if gpu else (TOGETHER, STROBES)
+    together = max(1, min(most[0], most[1] // periods))
     if threads > 1:
         together = max(1, min(together, -(-len(first) // (4 * threads))))
 
     def some(at: int) -> np.ndarray:
         which = slice(at, min(at + together, len(first)))
         if batch is not None:
-            return _exact_cells(chosen(columns, which), periods, closed, skip, start, phase)
+            return _exact_cells(chosen(columns, which), periods, closed, skip, start, phase, gpu)
         machines = [scene(a, b) for a, b in zip(first[which], second[which], strict=True)]
-        return _cells(machines, periods, closed, skip, initial, phase, cut)
+        return _cells(machines, periods, closed, skip, initial, phase, cut, gpu)
 
     if batch is not None:
         columns, start = spread(batch.columns, len(first)), AT_REST if initial is None else initial
@@ -192,34 +200,40 @@ def periodicity_chart(
 
 def _cells(
     machines: list[Any], periods: int, closed: float, skip: bool, initial: Any, phase: float,
-    section: Section | None,
+    section: Section | None, gpu: bool,
 ) -> np.ndarray:  # fmt: skip
     """Cells of systems of any kind, as rows: n, m, periods followed, whether they failed."""
     found = np.zeros((4, len(machines)), int)
     forms: dict[Any, list[int]] = {}
     start = AT_REST if initial is None else initial
     for k, machine in enumerate(machines):
+        exact = isinstance(machine, Oscillator) and piecewise_linear(machine)
+        if gpu and (not exact or machine.noise is not None):
+            raise InvalidInput("scene", machine, FOR_GPU, 'Else take executor="threads"')
         if not isinstance(machine, Oscillator) or machine.noise is not None:
             found[:, k] = _whole_cell(machine, periods, closed, initial, phase, section)
-        elif piecewise_linear(machine):
+        elif exact:
             forms.setdefault(form_of(machine), []).append(k)
         else:
             found[:, k] = _stepped_cell(machine, periods, closed, skip, start, phase)
     for which in forms.values():
         columns = columns_of(machines[k] for k in which)
-        found[:, which] = _exact_cells(columns, periods, closed, skip, start, phase)
+        found[:, which] = _exact_cells(columns, periods, closed, skip, start, phase, gpu)
     return found
 
 
 def _exact_cells(
-    columns: Columns, periods: int, closed: float, skip: bool, initial: Any, phase: float
-) -> np.ndarray:
+    columns: Columns, periods: int, closed: float, skip: bool, initial: Any, phase: float,
+    gpu: bool,
+) -> np.ndarray:  # fmt: skip
     """Cells of piecewise linear oscillators, as rows."""
+    if gpu:
+        takes(columns.form)
     span(periods, None, 0.0, columns.form.forces > 0 or columns.form.base is not None)
     n = columns.n
     places = np.broadcast_to(np.array(place_of(initial)), (n, 2))
     phases = np.full(n, first_phase(phase))
-    cells = follow_cells(columns, periods, places, phases, closed, skip)
+    cells = follow_cells(columns, periods, places, phases, closed, skip, gpu)
     return np.stack([cells.periods, cells.impacts, cells.followed, cells.status != DONE])
 
 

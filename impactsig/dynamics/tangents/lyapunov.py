@@ -17,6 +17,7 @@ from ...oscillators.batch import OscillatorBatch
 from ...oscillators.flows import Flow
 from ...simulate import FixedStep, RungeKutta, simulate
 from ...simulate.flows.course import Running
+from ...studies.device import Executor, on_gpu
 from ._follow import Follower
 from .growth import BATCHES, edges_of, growth_of, lost_of, measured
 from .spectra import LyapunovSpectra, spectra_of
@@ -162,6 +163,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     phase: float = 0.0,
     method: RungeKutta | FixedStep | None = None,
     chatter: float = 1e-6,
+    executor: Executor = "threads",
     seed: Seed = None,
 ) -> LyapunovSpectrum | LyapunovSpectra:
     """All Lyapunov exponents of a motion, from its variational equation.
@@ -191,6 +193,8 @@ def lyapunov_spectrum(  # type: ignore[misc]
         State at t = 0, as for `simulate`.
     phase, method, chatter
         As for `simulate`. `FixedStep` has no tangent map.
+    executor : {"threads", "gpu"}
+        What moves the oscillators of a batch, as for `simulate_many`.
     seed : int, SeedSequence or Generator, optional
         Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
 
@@ -218,6 +222,9 @@ def lyapunov_spectrum(  # type: ignore[misc]
     >>> bool(chaotic.exponents[0] > 0)
     True
     """
+    gpu = on_gpu(executor, None)
+    if gpu and not isinstance(system, OscillatorBatch):
+        raise InvalidInput("system", system, "for a GPU, a batch of oscillators")
     if isinstance(system, Oscillator) and system.noise is not None:
         run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
         return _of_path(system, periods, duration, transient, run)
@@ -228,7 +235,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
             raise InvalidInput("method", method, "no method for a batch, which moves exactly")
         return spectra_of(
             system, periods=periods, duration=duration, transient=transient, initial=initial,
-            phase=phase, chatter=chatter,
+            phase=phase, chatter=chatter, gpu=gpu,
         )  # fmt: skip
     if isinstance(system, Oscillator):
         options: dict[str, Any] = {

@@ -14,12 +14,14 @@ from ...oscillators.batch import OscillatorBatch
 from ...simulate.basis.columns import spread
 from ...simulate.basis.events import DONE, MODE, PHASE, STATUS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, in_threads
+from ...simulate.batches.moving import Moving, in_threads, takes
 from ...simulate.exact.modes import Stack, stacks, subset
 from ...simulate.run import after, span
+from .carrying import carry_all
 from .growth import edges_of, forget, growth_of, lost_of, measured
 
 BLOCK = 64  # machines whose events are kept at a time
+BLOCK_OF_GPU = 2**14
 TURNS_AT_A_TIME = 1024.0  # as for one oscillator, since the columns are made orthonormal there
 
 
@@ -70,7 +72,7 @@ class LyapunovSpectra(Shown):
 
 def spectra_of(
     batch: OscillatorBatch, *, periods: float | None, duration: float | None,
-    transient: float | None, initial: Any, phase: float, chatter: float,
+    transient: float | None, initial: Any, phase: float, chatter: float, gpu: bool,
 ) -> LyapunovSpectra:  # fmt: skip
     """Exponents of the oscillators of a batch, each equal to that of a single run bit for bit."""
     columns = spread(batch.columns, len(batch))
@@ -83,18 +85,22 @@ def spectra_of(
     pairs = np.full((3, n, 2), math.nan)
     expected, status = np.full(n, math.nan), np.zeros(n, np.int64)
     counts = np.zeros((3, n), int)
+    together = BLOCK_OF_GPU if gpu else BLOCK
+    if gpu:
+        takes(columns.form)
     for stack in stacks(columns, chatter, True):
 
         def block(first: int, stack: Stack = stack) -> None:
-            mine = subset(stack, slice(first, first + BLOCK))
+            mine = subset(stack, slice(first, first + together))
             many = len(mine.which)
             moving = Moving(mine, np.tile(place, (many, 1)), np.full(many, phase))
+            moving.on_gpu = gpu
             found = _carried(moving, before, length, duration is not None)
             for into, part in zip((*pairs, expected, *counts, status), found, strict=True):
                 into[mine.which] = part
 
-        blocks = range(0, len(stack.which), BLOCK)
-        in_threads(block, blocks, thread_count(None))
+        blocks = range(0, len(stack.which), together)
+        in_threads(block, blocks, 1 if gpu else thread_count(None))
     shape = batch.shape
     return LyapunovSpectra(
         batch,
@@ -112,7 +118,6 @@ def spectra_of(
 def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
     """Fields of `LyapunovSpectra` for oscillators in progress, and their statuses."""
     from .columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
-    from .tangent_batch import carry_range
 
     stack, n = moving.stack, len(moving.phase)
     per_turn = moving.per_turn(by_time) * np.ones(n)
@@ -133,14 +138,7 @@ def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tup
                 break
             at[going] = np.minimum(at[going] + TURNS_AT_A_TIME / per_turn[going], until)
             moving.to(at * per_turn, True, 1)
-            clocks = np.ascontiguousarray(moving.clocks[:, :2])
-            for piece, rows in enumerate(moving.rows):
-                first = piece * moving.size
-                carry_range(
-                    stack.problem, rows, moving.ends, clocks, going, instants, taken, place,
-                    columns, totals, unlisted, True, *stack.laws,
-                    first, min(first + moving.size, n),
-                )  # fmt: skip
+            carry_all(moving, going, instants, taken, place, columns, totals, unlisted, True)
         return instants, taken
 
     if before > 0:

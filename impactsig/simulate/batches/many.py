@@ -13,6 +13,7 @@ from ..._watched import progress
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.batch import OscillatorBatch
+from ...studies.device import Executor, on_gpu
 from ..basis.columns import Columns, columns_of, form_of, spread
 from ..exact.exact import piecewise_linear
 from ..exact.modes import stacks
@@ -21,7 +22,7 @@ from ..motion import Motion
 from ..run import Run, span, without_noise
 from ..simulation import CHATTER, simulate
 from .motions import Motions
-from .moving import Moving
+from .moving import Moving, takes
 
 
 def simulate_blocks(
@@ -82,6 +83,7 @@ def _pieces(run: Run, block: float) -> Iterator[Motion]:
 
 
 MACHINES = "an Oscillator or several"
+NO_GPU = "threads where a law, a Hertz stop or method= has motions stepped"
 EXACT = frozenset(
     ("periods", "duration", "transient", "method", "chatter", "keep", "skip_unreachable")
 )
@@ -92,6 +94,7 @@ def simulate_many(
     *,
     initial: Any = (0.0, 0.0),
     phase: Any = 0.0,
+    executor: Executor = "threads",
     workers: int | None = None,
     **options: Any,
 ) -> Motions:
@@ -107,6 +110,10 @@ def simulate_many(
         Displacement and velocity at t = 0, one for all or one each.
     phase : float or array_like, shape (n,)
         Phase of the forcing at t = 0 [rad].
+    executor : {"threads", "gpu"}
+        What moves them. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``, takes
+        those that are linear between events, with restitution coefficients that are numbers; its
+        own functions of angles may change the last bits, and a chaotic motion with them.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
     **options
@@ -121,7 +128,10 @@ def simulate_many(
     Raises
     ------
     InvalidInput
-        If the numbers of oscillators, initial states and phases differ, or as `simulate` does.
+        If the numbers of oscillators, initial states and phases differ, if there is no GPU or one
+        that does not take them, or as `simulate` does.
+    MissingExtra
+        If ``impactsig[gpu]`` is needed and not there.
 
     See Also
     --------
@@ -135,6 +145,7 @@ def simulate_many(
     >>> [motion.impact_count for motion in motions]
     [50, 50]
     """
+    gpu = on_gpu(executor, workers)
     threads = thread_count(workers)
     starts = reals("initial", initial, "of each start a displacement and a velocity")
     phases = reals("phase", phase, "an angle [rad], or one for each start")
@@ -158,6 +169,8 @@ def simulate_many(
     starts = np.ascontiguousarray(np.broadcast_to(starts.reshape(-1, 2), (n, 2)))
     phases = np.ascontiguousarray(np.broadcast_to(phases.ravel(), n))
     exact, others = _sorted(machines, n, options)
+    if others and gpu:
+        raise InvalidInput("executor", executor, NO_GPU, 'Take executor="threads"')
     found = {}
     if others:
 
@@ -170,7 +183,7 @@ def simulate_many(
             for k, moved_one in zip(others, pool.map(one, others), strict=True):
                 found[k] = moved_one
                 advance(1)
-    moved = _moved(exact, starts, phases, threads, **options) if exact else []
+    moved = _moved(exact, starts, phases, threads, gpu, **options) if exact else []
     shape: tuple[int, ...] = (n,)
     parameters: Mapping[str, np.ndarray] = {}
     if batch is not None and len(batch) == n:
@@ -216,8 +229,9 @@ def _sorted(
 
 def _moved(
     exact: list[tuple[np.ndarray, Columns]], starts: np.ndarray, phases: np.ndarray, threads: int,
-    *, periods: float | None = None, duration: float | None = None, transient: float = 0.0,
-    method: None = None, chatter: float = CHATTER, keep: str = "all", skip_unreachable: bool = True,
+    gpu: bool, *, periods: float | None = None, duration: float | None = None,
+    transient: float = 0.0, method: None = None, chatter: float = CHATTER, keep: str = "all",
+    skip_unreachable: bool = True,
 ) -> list[tuple[np.ndarray, Moving]]:  # fmt: skip
     """Machines moved past the transient and through the span, stack by stack."""
     choice("keep", keep, ("all", "counts"))
@@ -228,11 +242,14 @@ def _moved(
         raise InvalidInput("initial", starts, "finite displacements and velocities")
     found = []
     for which, columns in exact:
+        if gpu:
+            takes(columns.form)
         forced = columns.form.forces > 0 or columns.form.base is not None
         length, before = span(periods, duration, transient, forced)
         for stack in stacks(columns, chatter, skip):
             mine = which[stack.which]
             moving = Moving(stack, starts[mine], phases[mine])
+            moving.on_gpu = gpu
             per_turn = moving.per_turn(duration is not None)
             if before > 0:
                 moving.to(before * per_turn, False, threads)

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..._watched import counted
+from ...errors import InvalidInput
 from ...oscillators import Oscillator
+from ..basis.columns import Form
 from ..basis.events import (
     COLUMNS,
     CONTACT_COUNT,
@@ -57,7 +59,14 @@ class Moving:
     ------
     InvalidInput
         If one starts beyond a rigid stop.
+
+    Attributes
+    ----------
+    on_gpu : bool
+        Whether a GPU moves them, in place of threads.
     """
+
+    on_gpu = False
 
     def __init__(self, stack: Stack, initial: np.ndarray, phase: np.ndarray) -> None:
         q, v = places(stack.columns, stack.forcing, initial, phase)
@@ -127,6 +136,13 @@ class Moving:
         if legs is not None:
             spare[:] = legs
         self.counts[:, LEG_COUNT] = 0
+        if self.on_gpu:
+            from .gpu import move
+
+            places = self.clocks, self.states, self.counts, self.status
+            rows, self.ends = move(stack, places, (end_turns, end_phase, spare), keep)
+            self.rows, self.size = [rows], n
+            return
         several = -(-n // (4 * threads)) if threads > 1 else n
         self.size = size = min(LARGEST, max(SMALLEST, several))
 
@@ -201,6 +217,21 @@ class Moving:
             mine = pace == ratio
             out[mine] = phases_of(float(ratio), turns[mine], phase[mine])
         return out
+
+
+def takes(form: Form) -> None:
+    """Refuse machines of a form that a GPU cannot move.
+
+    Raises
+    ------
+    InvalidInput
+        If a restitution coefficient is a function.
+    """
+    for function in form.functions:
+        if function is not None:
+            raise InvalidInput(
+                "restitution", function, "a number for a GPU", 'Else take executor="threads"'
+            )
 
 
 def in_threads(task: Callable[[int], Any], items: range, threads: int) -> list:

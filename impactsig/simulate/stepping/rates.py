@@ -65,6 +65,7 @@ class Problem(NamedTuple):
     fixed: float  # step, or 0: adaptive
     tolerance: float
     longest: float
+    far: float  # displacement or velocity at which a motion has diverged
 
 
 class Functions(NamedTuple):

@@ -23,6 +23,11 @@ from ..exact.user import compiled, restitution_laws
 if TYPE_CHECKING:
     from .rates import Functions, Problem
 
+BEYOND = 2.0**53
+"""Times the size of a machine and its start: there rounding is as large as the machine."""
+OVERFLOWS = 1e140
+"""Displacement or velocity whose square, and what is made of it, may overflow."""
+
 
 @dataclass(frozen=True)
 class RungeKutta:
@@ -161,7 +166,8 @@ class SteppingEngine:
         """
         from .rates import PUSHING, SLACK
 
-        p = self._problem = self._problem._replace(start=float(phase))
+        far = max(self._problem.far, BEYOND * abs(q), BEYOND * abs(v))
+        p = self._problem = self._problem._replace(start=float(phase), far=min(far, OVERFLOWS))
         mode, at = 0, 0.0
         approach = np.zeros(len(p.stops))
         for k in p.order:
@@ -276,6 +282,9 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     steps = method.steps if isinstance(method, FixedStep) else 0
     friction = oscillator.friction
     fastest = max([1.0, *(ratio for ratio, _, _ in waves)])
+    lengths = [abs(stop.position) for stop in oscillator.stops]
+    lengths += [amplitude / ratio**2 for ratio, amplitude, _ in waves]
+    size = max([*lengths, abs(oscillator.load) / inertia, carried.amplitude if carried else 0.0])
     return Problem(
         kappa=stiffness / inertia,
         damping=damping / (mass * omega),
@@ -298,6 +307,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
         # An eighth of the fastest period: shorter swings than that the error estimate may not see.
         longest=2 * math.pi / 8 / fastest,
+        far=BEYOND * size if size > 0 else OVERFLOWS,
     )
 
 

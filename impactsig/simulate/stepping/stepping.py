@@ -73,8 +73,8 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
         if end <= 0:
             return DONE
         y, v = state[Q], state[V]
-        if not (abs(y) < 1e140 and abs(v) < 1e140):
-            return DIVERGED  # their squares would overflow
+        if not (abs(y) < p.far and abs(v) < p.far):
+            return DIVERGED
         balanced = False
         if v == 0.0:
             rest = count[MODE] - count[MODE] % 3
