@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,7 +80,8 @@ class DelayedRun:
         self._laps = np.max([self._laps_of(own) for own in feedbacks], axis=0)
         self.first = row_of(START, self.clock, self.state, count)
         self.line = self._new_line(rows)
-        self._room: Any = series_room() if self._by_series else new_room()
+        self._room = None if self._by_series else new_room()
+        self._series = series_room() if self._by_series else None
         self.rows: list[np.ndarray] = []
         self.status = "complete"
         self._buffer = np.empty((CHUNK, COLUMNS))
@@ -91,6 +91,7 @@ class DelayedRun:
         from ._line import locate
         from ._rows import AT, EDGE, FIRST, LAPS
         from ._rows import ROWS as NUMBER
+        from ._run import run
 
         if self.status != "complete":
             return
@@ -103,12 +104,14 @@ class DelayedRun:
         )
         end = after(self.phase, until)
         legs = int(work(end[0] - clock[TURNS]))
-        run = self._kernel()
+        engine = self.engine
+        tableau = None if self._by_series else engine._tableau
 
         def on(left: int) -> int:
             found = run(
-                fb, self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left
-            )
+                engine._problem, tableau, engine._functions, engine._scratch, fb, self.line,
+                self._room, self._series, laps, clock, self.state, count, self._buffer, *end, left,
+            )  # fmt: skip
             if found != LINE_FULL:
                 return found
             self._more_line()
@@ -139,17 +142,6 @@ class DelayedRun:
             signal=VELOCITY if of_velocity else DISPLACEMENT,
             memory=feedback.memory,
         )
-
-    def _kernel(self) -> Any:
-        """The kernel with all arguments but those of the oscillator."""
-        engine = self.engine
-        if self._by_series:
-            from ._series_run import run as by_series
-
-            return partial(by_series, engine._problem, engine._functions, engine._scratch)
-        from ._run import run
-
-        return partial(run, engine._problem, engine._tableau, engine._functions, engine._scratch)
 
     def _laps_of(self, feedback: DelayedFeedback | None) -> np.ndarray:
         """`laps_of` for the kernel in use."""
