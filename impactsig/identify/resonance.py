@@ -5,21 +5,18 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from .._arguments import Seed, choice, number, streams
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
 from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
 from ._decay import Fit, fit_decay
 from ._envelope import envelope_evidence
 from ._noise import QUANTITIES, fit_noise
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 REPLICAS = 100
 EVIDENCE = 10.0
@@ -130,11 +127,7 @@ class Resonance(Shown):
         """Quality factor, 1 / (2 damping ratio)."""
         return 0.5 / self.damping_ratio
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the spectrum with the fit; see `impactsig.plot.resonance`."""
-        from .. import plot
-
-        return plot.resonance(self, ax)
+    plot = drawn_by("resonance", "the spectrum with the fit")
 
     def __repr__(self) -> str:
         return (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, times_within
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
@@ -38,8 +38,6 @@ from .basis.events import (
 from .basis.frame import base_motion, pace
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from .spectrum import PowerSpectrum
 
 
@@ -225,11 +223,7 @@ class Motion(Shown):
 
         return power_spectrum(self, quantity, **options)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the phase portrait; see `impactsig.plot.phase_portrait`."""
-        from .. import plot
-
-        return plot.phase_portrait(self, ax, **options)
+    plot = drawn_by("phase_portrait", "the phase portrait")
 
     def __repr__(self) -> str:
         parts = [f"{self.impact_count} impacts"]

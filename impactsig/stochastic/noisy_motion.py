@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import Seed, reals, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
@@ -18,8 +18,6 @@ from ._arguments import TURN, course
 from .paths.running import Method, Mover, key_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..simulate.spectrum import PowerSpectrum
 
 BATCH = 4096  # looks between two visits of the kernel
@@ -131,11 +129,7 @@ class NoisyMotion(Shown):
 
         return power_spectrum(self, quantity, segments=segments)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw displacement over time with the impacts; see `impactsig.plot.noisy_motion`."""
-        from ..plot import noisy_motion
-
-        return noisy_motion(self, ax=ax)
+    plot = drawn_by("noisy_motion", "displacement over time with the impacts")
 
     def __repr__(self) -> str:
         unit = " s" if self.system.in_seconds else ""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..._arguments import times_within
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
@@ -21,8 +21,6 @@ from ..feedback import DelayedFeedback
 from .delayed import ROWS, first_rows, keep_rows, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ...simulate.basis.delay import Feedback, Line
     from ...simulate.spectrum import PowerSpectrum
 
@@ -149,11 +147,7 @@ class ControlledFlowMotion(Shown):
 
         return power_spectrum(self, quantity, **options)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the fed-back coordinate over time; see `impactsig.plot.controlled_flow`."""
-        from ... import plot
-
-        return plot.controlled_flow(self, ax, **options)
+    plot = drawn_by("controlled_flow", "the fed-back coordinate over time")
 
     def __repr__(self) -> str:
         told = "" if self.status == "complete" else f"; {self.status}"

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import choice, number, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Rigid
 from ...oscillators.flows import Flow
@@ -31,10 +31,6 @@ from ...simulate.basis.events import (
 from ...simulate.basis.frame import swings
 from ...simulate.beam.beam_motion import BeamMotion
 from ...simulate.exact.exact import ExactEngine
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 LOOKS = 64  # in a period of the highest mode of a cantilever
@@ -80,11 +76,7 @@ class Section(Shown):
     def __len__(self) -> int:
         return len(self.time)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw velocity over phase; see `impactsig.plot.section`."""
-        from ... import plot
-
-        return plot.section(self, ax, **options)
+    plot = drawn_by("section", "velocity over phase")
 
     def __repr__(self) -> str:
         return f"Section({self.kind}: {len(self)} points)"

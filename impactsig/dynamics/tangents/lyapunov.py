@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
 from ..._arguments import Seed, number
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.batch import OscillatorBatch
@@ -21,9 +21,6 @@ from ._follow import Follower
 from .growth import BATCHES, edges_of, growth_of, lost_of, measured
 from .spectra import LyapunovSpectra, spectra_of
 from .tangent import SYSTEMS, differentiated_by
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 TURN = 2 * math.pi
 GONE = 1e-13  # share of the greatest growth below which a direction of a collapse has vanished
@@ -134,14 +131,7 @@ class LyapunovSpectrum(Shown):
             )
         return told + ("" if self.status == "complete" else f"; {self.status}")
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw how they converge; see `impactsig.plot.lyapunov_convergence`."""
-        from ... import plot
-
-        return plot.lyapunov_convergence(self, ax, **options)
-
-    def __repr__(self) -> str:
-        return f"LyapunovSpectrum({self.describe()})"
+    plot = drawn_by("lyapunov_convergence", "how they converge")
 
 
 @overload

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..._arguments import number, times_within
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...impacts import OPEN_END, Impacts, exact
 from ...oscillators import Cantilever, KelvinVoigt, Rigid
 from ..basis.events import (
@@ -29,8 +29,6 @@ from ..basis.frame import strobe_times
 from ..basis.laws import spring_push
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..spectrum import PowerSpectrum
     from .beam_flow import Beam
 
@@ -209,11 +207,7 @@ class BeamMotion(Shown):
 
         return power_spectrum(self, quantity, **options)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the displacement of the tip over time; see `impactsig.plot.tip_history`."""
-        from ... import plot
-
-        return plot.tip_history(self, ax, **options)
+    plot = drawn_by("tip_history", "the displacement of the tip over time")
 
     def _seconds(self, rows: np.ndarray) -> np.ndarray:
         """Times of events [s]."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number, times_within
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
@@ -18,8 +18,6 @@ from ..run import LONGEST
 from .course import STEPS, Running
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..spectrum import PowerSpectrum
     from .flow_steps import Course
 
@@ -122,11 +120,7 @@ class FlowMotion(Shown):
 
         return power_spectrum(self, quantity, **options)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw one coordinate over another; see `impactsig.plot.phase_portrait`."""
-        from ... import plot
-
-        return plot.phase_portrait(self, ax, **options)
+    plot = drawn_by("phase_portrait", "one coordinate over another")
 
     def __repr__(self) -> str:
         status = "" if self.status == "complete" else f"; {self.status}"
