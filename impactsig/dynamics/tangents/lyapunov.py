@@ -9,7 +9,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from ..._arguments import Seed, number
+from ..._arguments import Seed, number, one_of_them, refuse
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
@@ -211,11 +211,9 @@ def lyapunov_spectrum(  # type: ignore[misc]
     if isinstance(system, Oscillator) and system.noise is not None:
         run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
         return _of_path(system, periods, duration, transient, run)
-    if seed is not None:
-        raise InvalidInput("seed", seed, "no seed where there is no noise")
+    refuse("where there is no noise", "", seed=seed)
     if isinstance(system, OscillatorBatch):
-        if method is not None:
-            raise InvalidInput("method", method, "no method for a batch, which moves exactly")
+        refuse("for a batch, which moves exactly", "", method=method)
         return spectra_of(
             system, periods=periods, duration=duration, transient=transient, initial=initial,
             phase=phase, chatter=chatter,
@@ -229,8 +227,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
             options["initial"] = initial
         return _of_oscillator(system, transient, options)
     if isinstance(system, Cantilever):
-        if method is not None:
-            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        refuse("for a Cantilever, which moves exactly", "", method=method)
         options = {"periods": periods, "duration": duration, "phase": phase, "chatter": chatter}
         if initial is not None:
             options["initial"] = initial
@@ -241,9 +238,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
         return home.spectrum_of(system, periods, duration, transient, **options)
     if not isinstance(system, Flow):
         raise InvalidInput("system", system, SYSTEMS)
-    for name, value, default in (("periods", periods, None), ("method", method, None)):
-        if value is not default:
-            raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
+    refuse("for a flow", "Give duration=", periods=periods, method=method)
     length = number("duration", duration, above=0)
     before = number("transient", length / 10 if transient is None else transient, least=0.0)
     return _of_flow(system, length, before, initial)
@@ -294,7 +289,7 @@ def _of_path(
     """The spectrum along one path of an oscillator under noise."""
     from ._noisy_tangent import orthonormal, tangent_steps
 
-    whole, given = ("duration", duration) if periods is None else ("periods", periods)
+    whole, given = one_of_them(periods=periods, duration=duration)
     length = number(whole, given, above=0)
     transient = number("transient", length / 10 if before is None else before, least=0.0)
     path, matrices, divergence = tangent_steps(oscillator, **{whole: transient + length}, **run)
@@ -358,8 +353,8 @@ def _of_flow(
 def _of_beam(beam: Cantilever, before: float | None, options: dict[str, Any]) -> LyapunovSpectrum:
     from ._beam_tangent import steps
 
-    whole = "periods" if options["periods"] is not None else "duration"
-    length = number(whole, options[whole], above=0)
+    whole, given = one_of_them(periods=options["periods"], duration=options["duration"])
+    length = number(whole, given, above=0)
     transient = number("transient", length / 10 if before is None else before, least=0.0)
     motion = simulate(beam, **(options | {whole: transient + length}))
     unit = beam.forcing_period if whole == "periods" else 1.0
