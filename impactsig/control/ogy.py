@@ -9,12 +9,13 @@ from typing import Literal
 
 import numpy as np
 
-from .._arguments import choice, number
+from .._arguments import choice, instance
 from ..dynamics.periodic.flow_orbits import FlowOrbit
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..oscillators.parts import numbers
 from ..simulate import simulate
 from ._differences import slope as derivative
 
@@ -90,10 +91,8 @@ class OGY:
                 "orbit", orbit, "an orbit of an Oscillator, whose state is seen once in a period",
                 "IntervalFeedback.fastest holds orbits of flows by their crossings of a level",
             )  # fmt: skip
-        if not isinstance(orbit, PeriodicOrbit):
-            raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
-        if not isinstance(orbit.system, Oscillator):
-            raise InvalidInput("orbit", orbit, "an orbit of an Oscillator")
+        instance("orbit", orbit, PeriodicOrbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+        instance("orbit", orbit.system, Oscillator, "an orbit of an Oscillator")
         if not orbit.found:
             raise InvalidInput(
                 "orbit", orbit, "an orbit that was found",
@@ -106,7 +105,7 @@ class OGY:
                 "A stable orbit needs no control" if orbit.stable
                 else "One parameter, moved once in a period, tames one unstable direction",
             )  # fmt: skip
-        object.__setattr__(self, "limit", number("limit", self.limit, above=0))
+        numbers(self, "limit", above=0)
         choice("parameter", self.parameter, ("amplitude", "load"))
         if self.parameter == "amplitude" and not orbit.system.forces:
             raise InvalidInput(
