@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import inlined, kernel
-from ._random import START, Room, draw_across, draw_all, draw_coins, draw_pair, room
+from ._random import FORCE, FORCE_ACROSS, START, Room, draw_all, draw_coins, draw_pair, room
 from .equation import (
     ACROSS,
     BLOCK,
@@ -310,11 +310,11 @@ def move(p, f, key, path, w, state, count, first, last, every, seen, events):
     while first < last:
         block = first // BLOCK
         shift, end = first - block * BLOCK, min(last, (block + 1) * BLOCK)
-        draw_all(w.room, key, path, block, w.normal)
+        draw_all(w.room, key, path, block, FORCE, w.normal)
         if p.kinetic > 0 and p.sigma > 0:
             draw_coins(w.room, key, path, block, w.coin)
         elif p.across != 0.0:
-            draw_across(w.room, key, path, block, w.coin)
+            draw_all(w.room, key, path, block, FORCE_ACROSS, w.coin)
         looks = advance(
             p, f, w, w.normal[shift:], w.coin[shift:], state, count, first, end, every, looks, seen,
             events,
