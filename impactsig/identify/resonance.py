@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .._arguments import Seed, choice, number, streams
+from .._arguments import Seed, choice, instance, number, streams
 from .._showing import Shown, drawn_by
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
@@ -322,8 +322,7 @@ def _readings(band: Band, values: np.ndarray, fit: Fit, kind: str) -> np.ndarray
 
 
 def _samples(recording: Recording) -> np.ndarray:
-    if not isinstance(recording, Recording):
-        raise InvalidInput("recording", recording, "a Recording", "Recording(samples, rate)")
+    instance("recording", recording, Recording, "a Recording", "Recording(samples, rate)")
     samples = recording.samples
     if samples.ndim == 2 and samples.shape[1] > 1:
         raise InvalidInput(

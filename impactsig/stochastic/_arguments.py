@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import instance, number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import reference_frequency
@@ -71,12 +71,11 @@ def course(
     InvalidInput
         If one is out of its range.
     """
-    if not isinstance(oscillator, Oscillator):
-        raise InvalidInput(
-            "oscillator", oscillator, "an Oscillator with noise",
-            "Only an Oscillator takes noise=Noise(intensity); cantilevers, flows and what is "
-            "controlled move without",
-        )  # fmt: skip
+    instance(
+        "oscillator", oscillator, Oscillator, "an Oscillator with noise",
+        "Only an Oscillator takes noise=Noise(intensity); cantilevers, flows and what is "
+        "controlled move without",
+    )  # fmt: skip
     if oscillator.noise is None:
         raise InvalidInput(
             "oscillator", repr(oscillator), "an oscillator with noise",

@@ -112,8 +112,7 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     if not isinstance(motion, Motion) and hasattr(motion, "impacts") and hasattr(motion, "sample"):
         return _of_impacts(motion, stop)
     motion = _motion(motion)
-    if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):
-        raise InvalidInput("stop", stop, f"a stop of the {len(motion.system.stops)} there are")
+    _check_stop(stop, len(motion.system.stops))
     rows = _rows(motion)
     which = (rows[:, ROW_KIND] == IMPACT) | (rows[:, ROW_KIND] == TOUCH)
     if stop is not None:
@@ -130,8 +129,7 @@ def _of_impacts(motion: Any, stop: int | None) -> Section:
     """The impact map of a motion from its list of impacts."""
     period = _period(motion)
     known = getattr(motion.system, "stops", (getattr(motion.system, "stop", None),))
-    if stop is not None and whole("stop", stop, 0) >= len(known):
-        raise InvalidInput("stop", stop, f"a stop of the {len(known)} there are")
+    _check_stop(stop, len(known))
     hits = motion.impacts
     which = np.full(len(hits), True) if stop is None else hits.stop_index == stop
     phase = (motion._phase + hits.time * (TURN / period)) % TURN
@@ -139,6 +137,12 @@ def _of_impacts(motion: Any, stop: int | None) -> Section:
         "impacts", hits.time[which], phase[which], hits.approach_velocity[which],
         hits.stop_index[which].astype(int),
     )  # fmt: skip
+
+
+def _check_stop(stop: int | None, count: int) -> None:
+    """Refuse the index of a stop that is not there."""
+    if stop is not None and whole("stop", stop, 0) >= count:
+        raise InvalidInput("stop", stop, f"a stop of the {count} there are")
 
 
 def _period(motion: Any) -> float:
