@@ -209,14 +209,14 @@ def identify_resonance(
         low, high = peak / 3, min(2 * peak, 0.499 * rate)
     else:
         low, high = _limits(band, rate)
-    found = _checked(band_of(samples, rate, low, high), recording)
+    found = _checked(band_of(samples, rate, low, high))
     begin = 0
     if kind == "decay":
         time, size = found.envelope()
         first = int(np.argmax(size[:-1]))  # the last wraps round to the beginning
         if first > 3:  # what begins with the record is greatest within three values
             begin = round((time[first] + time[1]) * rate)
-            found = _checked(band_of(samples[begin:], rate, low, high), recording)
+            found = _checked(band_of(samples[begin:], rate, low, high))
     power = np.abs(found.values) ** 2
     middle = float(found.frequency[np.argmax(smooth(power, 5))])
     fit = fit_decay(found, middle) if kind == "decay" else fit_noise(found, middle, quantity)
@@ -359,7 +359,7 @@ def _limits(band: tuple[float, float], rate: float) -> tuple[float, float]:
     return low, high
 
 
-def _checked(band: Band, recording: Recording) -> Band:
+def _checked(band: Band) -> Band:
     if len(band.values) < FEWEST:
         raise InvalidInput(
             "recording", f"{band.duration:.4g} s", f"{FEWEST} frequencies in the band",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, times_within
-from .._showing import Shown, drawn_by
+from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
@@ -36,13 +36,14 @@ from .basis.events import (
     V,
 )
 from .basis.frame import base_motion, pace
+from .moved import Moved
 
 if TYPE_CHECKING:
-    from .spectrum import PowerSpectrum
+    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Shown):
+class Motion(Moved):
     """The simulated motion of an oscillator.
 
     Times are in seconds since the start of the simulation, transient included, or in the
@@ -99,11 +100,6 @@ class Motion(Shown):
     _segments: np.ndarray = field(repr=False)
     _first: tuple[float, float] = field(repr=False)
     _last: tuple[float, float] = field(repr=False)
-
-    @property
-    def stop(self) -> float:
-        """End of the span [s]."""
-        return self.start + self.duration
 
     @property
     def impacts_per_period(self) -> float:
@@ -216,12 +212,6 @@ class Motion(Shown):
         from ._body_energy import kinetic_energy_gained
 
         return kinetic_energy_gained(self)
-
-    def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
-        from .spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
 
     plot = drawn_by("phase_portrait", "the phase portrait")
 

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..._arguments import times_within
-from ..._showing import Shown, drawn_by
+from ..._showing import drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
 from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
 from ...simulate.flows.course import STEPS, Running, coordinate_of
+from ...simulate.moved import Moved
 from ..feedback import DelayedFeedback
 from .delayed import ROWS, LineRun, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
     from ...simulate.basis.delay import Feedback, Line
-    from ...simulate.spectrum import PowerSpectrum
 
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
@@ -69,7 +69,7 @@ class KeptLine(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledFlowMotion(Shown):
+class ControlledFlowMotion(Moved):
     """The simulated trajectory of a controlled flow.
 
     Attributes
@@ -112,11 +112,6 @@ class ControlledFlowMotion(Shown):
 
     start: ClassVar[float] = 0.0
 
-    @property
-    def stop(self) -> float:
-        """End of the span."""
-        return self.duration
-
     def sample(self, time: Any) -> np.ndarray:
         """States at any times of the span, shape of `time` and (d,).
 
@@ -140,12 +135,6 @@ class ControlledFlowMotion(Shown):
         """
         time = times_within(time, 0.0, self.duration)
         return self._kept.force(time.ravel()).reshape(time.shape)
-
-    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
-        from ...simulate.spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
 
     plot = drawn_by("controlled_flow", "the fed-back coordinate over time")
 

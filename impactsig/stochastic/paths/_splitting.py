@@ -87,7 +87,7 @@ def bounce(p, f, state, count, events, lane, t, end):
             flight = (out - speed) / push
         left = max(left - flight, 0.0)
         r = restitution(p, f, upper, out)
-        note(p, events, count, lane, t + h - left, p.high_stop if upper else p.low_stop, out)
+        note(events, count, lane, t + h - left, p.high_stop if upper else p.low_stop, out)
         q, u = wall, -side * r * out
         end = q + u * left + 0.5 * a * left * left
         if p.low <= end <= p.high:
