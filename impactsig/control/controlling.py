@@ -17,7 +17,7 @@ from ..simulate.run import count_of_periods
 from ..simulate.simulation import CHATTER
 from .controlled import ControlledMotion, under_control
 from .intervals import IntervalFeedback
-from .ogy import OGY
+from .ogy import OGY, check_parameter
 from .running.delayed import run_delayed
 from .running.flow import ControlledFlowMotion, control_flow, number_of
 from .running.nudged import run_nudged
@@ -25,7 +25,6 @@ from .running.spiked import run_spiked
 from .running.spiked_flow import control_flow_by_intervals
 from .schedule import KINDS, Controller, Phase, schedule
 from .stability.crossing_map import check_flow
-from .stability.impact_map import check_parameter
 
 
 @dataclass(frozen=True)

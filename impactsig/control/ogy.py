@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -106,11 +106,7 @@ class OGY:
                 else "One parameter, moved once in a period, tames one unstable direction",
             )  # fmt: skip
         numbers(self, "limit", above=0)
-        choice("parameter", self.parameter, ("amplitude", "load"))
-        if self.parameter == "amplitude" and not orbit.system.forces:
-            raise InvalidInput(
-                "parameter", "amplitude", '"load", where it is the base that forces',
-            )  # fmt: skip
+        check_parameter(orbit.system, self.parameter)
         for name, value in zip(("points", "gain", "multipliers"), self._linear(), strict=True):
             object.__setattr__(self, name, value)
 
@@ -193,6 +189,19 @@ class OGY:
             f"OGY(period({orbit.impacts}, {orbit.periods}), limit={self.limit:g}, "
             f"parameter={self.parameter!r})"
         )
+
+
+def check_parameter(machine: Oscillator, parameter: Any) -> None:
+    """Refuse a parameter that the oscillator does not have.
+
+    Raises
+    ------
+    InvalidInput
+        If it is the number of one of a flow, or the amplitude where no force is.
+    """
+    choice("parameter", parameter, ("amplitude", "load"))
+    if parameter == "amplitude" and not machine.forces:
+        raise InvalidInput("parameter", "amplitude", '"load", where it is the base that forces')
 
 
 def moved(oscillator: Oscillator, parameter: str, by: float) -> Oscillator:

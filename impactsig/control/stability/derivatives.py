@@ -10,7 +10,7 @@ import numpy as np
 from ..._arguments import number, refuse
 from ...dynamics.periodic.orbits import orbit_of
 from ...dynamics.periodic.shooting import OscillatorShooting
-from ...dynamics.tangents.growth import BATCHES
+from ...dynamics.tangents.growth import steps_of
 from ...dynamics.tangents.lyapunov import GONE, LyapunovSpectrum, spectrum_from
 from ...dynamics.tangents.tangent import TangentMap, map_from, multiplied
 from ...errors import InvalidInput
@@ -88,8 +88,7 @@ def spectrum_of(
             divergence += float(np.log(abs(lap.determinant)))
         impacts, grazings = impacts + lap.here.impacts, grazings + lap.here.grazings + lap.grazed
     grown = np.cumsum(growth, axis=0)
-    edges = np.unique(len(grown[1:]) * np.arange(1, BATCHES + 1) // BATCHES)
-    edges = edges[edges > 0]
+    edges = steps_of(len(grown) - 1)
     unit = 2 * math.pi / controlled.angular_forcing_frequency
     when = np.array(collapsed, float).reshape(-1, 2)
     return spectrum_from(

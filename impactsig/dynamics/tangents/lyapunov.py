@@ -18,7 +18,7 @@ from ...oscillators.flows import Flow
 from ...simulate import FixedStep, RungeKutta, simulate
 from ...simulate.flows.course import Running
 from ._follow import Follower
-from .growth import BATCHES, edges_of, growth_of, lost_of, measured
+from .growth import BATCHES, edges_of, growth_of, lost_of, measured, steps_of
 from .spectra import LyapunovSpectra, spectra_of
 from .tangent import SYSTEMS, differentiated_by
 
@@ -297,15 +297,14 @@ def _of_path(
     columns, growth = np.eye(2), np.zeros((len(matrices), 2))
     for k, matrix in enumerate(matrices):
         columns, growth[k] = orthonormal(matrix @ columns)
-    edges = first + np.arange(1, BATCHES + 1) * (len(matrices) - first) // BATCHES
-    edges = np.unique(edges[edges > first])
+    edges = steps_of(len(matrices) - first)
     grown = np.cumsum(growth[first:], axis=0)
-    times = (edges - first) * path.step / oscillator.time_unit
+    times = edges * path.step / oscillator.time_unit
     start = path.start + first * path.step
     return spectrum_from(
         oscillator,
         times,
-        grown[edges - first - 1],
+        grown[edges - 1],
         0,
         float(divergence[first:].sum()) / times[-1] if len(times) else math.nan,
         impacts=len(path.impacts.between(start)),
