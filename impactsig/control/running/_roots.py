@@ -105,7 +105,7 @@ def bound(feedback, room, series, region, edge):
     return at, which, wrong
 
 
-@inlined
+@inner
 def _share_of_step(room, sign, level, zeros):
     """First root of the gap to a limit; -1 where it begins beyond that."""
     c = room.stack[0]

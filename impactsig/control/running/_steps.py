@@ -47,11 +47,16 @@ def rest_row(feedback, line, past, room, series, region, count, clock, h, x):
         begin_row(line, count, clock, h)
         write_series(feedback, line, series, region, count[ROWS] - 1, 0.0)
     if room is not None:
-        begin_row(line, count, clock, h)
-        course = line.course[count[ROWS] - 1]
-        for n in range(DEGREE + 1):
-            course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
-        feed(feedback, line, past, room, region, h, course)
+        _rest_step(feedback, line, past, room, region, count, clock, h, x)
+
+
+@inner
+def _rest_step(feedback, line, past, room, region, count, clock, h, x):
+    begin_row(line, count, clock, h)
+    course = line.course[count[ROWS] - 1]
+    for n in range(DEGREE + 1):
+        course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
+    feed(feedback, line, past, room, region, h, course)
 
 
 @inlined
