@@ -193,6 +193,34 @@ def instance(name: str, value: Any, kind: type[Kind], required: str = "", remedy
     raise InvalidInput(name, value, required or f"{article} {kind.__name__}", remedy)
 
 
+def one_of_them(**given: Any) -> tuple[str, Any]:
+    """Name and value of the only one of several arguments that is given.
+
+    Raises
+    ------
+    InvalidInput
+        If none is, or more than one.
+    """
+    present = [(name, value) for name, value in given.items() if value is not None]
+    if len(present) == 1:
+        return present[0]
+    values = ", ".join(map(str, given.values()))
+    raise InvalidInput(", ".join(given), values, "one of them, and only one")
+
+
+def refuse(of: str, remedy: str, **given: Any) -> None:
+    """Refuse arguments that have no meaning for what they are given for.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not None.
+    """
+    for name, value in given.items():
+        if value is not None:
+            raise InvalidInput(name, value, f"no {name} {of}", remedy)
+
+
 def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
     """The items of a sequence that is not text.
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import ImpactsigError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
 
 LONGEST = 300  # characters of a line
 FIELDS = 6  # that a line has room for
@@ -46,6 +50,35 @@ class Shown:
         line = f"<code>{html.escape(repr(self))}</code>"
         drawn = picture(self) if hasattr(self, "plot") else ""
         return f"<div>{line}<br>{drawn or _table(self)}</div>"
+
+
+def drawn_by(name: str, what: str) -> Callable[..., Axes]:
+    """The method `plot` of results that a function of `impactsig.plot` draws on axes."""
+
+    def plot(self: Any, ax: Axes | None = None, **options: Any) -> Axes:
+        axes: Axes = figures(name)(self, ax, **options)
+        return axes
+
+    plot.__doc__ = f"Draw {what}; see `impactsig.plot.{name}`."
+    return plot
+
+
+def drawn_on_figure_by(name: str, what: str) -> Callable[..., Any]:
+    """As `drawn_by`, where the function takes a figure."""
+
+    def plot(self: Any, figure: Figure | SubFigure | None = None) -> Any:
+        return figures(name)(self, figure)
+
+    plot.__doc__ = f"Draw {what}; see `impactsig.plot.{name}`."
+    return plot
+
+
+def figures(name: str) -> Callable[..., Any]:
+    """A function of `impactsig.plot`, which is imported when something is drawn, never before."""
+    from . import plot
+
+    found: Callable[..., Any] = getattr(plot, name)
+    return found
 
 
 def _brief(result: Any) -> list[tuple[str, str]]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._arguments import instance, texts
-from ._showing import Shown
+from ._showing import Shown, drawn_on_figure_by
 from .errors import InvalidInput
 from .impacts import Impacts
 from .intervals import (
@@ -19,9 +18,6 @@ from .intervals import (
     identify_period,
     local_variation,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EXACT_BELOW = 10_000
 """Product of the sample sizes up to which the p-value is exact; beyond it is the limit law's."""
@@ -161,11 +157,7 @@ class Comparison(Shown):
             )
         )
 
-    def plot(self, figure: Figure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.comparison`."""
-        from . import plot
-
-        return plot.comparison(self, figure)
+    plot = drawn_on_figure_by("comparison", "it")
 
     def __str__(self) -> str:
         return self.describe()

@@ -27,12 +27,11 @@ from ._impact_flags import (
     UNRESOLVED,
     flag_names,
 )
-from ._showing import picture
+from ._showing import drawn_by, picture
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
     from scipy.sparse import dia_array
 
 __all__ = [
@@ -477,11 +476,7 @@ class Impacts:
 
     # -- showing ---------------------------------------------------------------------------
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the spike train; see `impactsig.plot.spike_train`."""
-        from . import plot
-
-        return plot.spike_train(self, ax=ax, **options)
+    plot = drawn_by("spike_train", "the spike train")
 
     def __repr__(self) -> str:
         count = "1 impact" if len(self) == 1 else f"{len(self)} impacts"

@@ -6,16 +6,14 @@ import html
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from ._arguments import choice, flag, instance, number, text, texts, whole
+from ._showing import drawn_by
 from ._sparkline import sparkline
 from .errors import InvalidInput
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Sensor = Literal["force", "sound"]
 
@@ -240,11 +238,7 @@ class Recording:
         high = np.fmax.reduceat(self.samples, edges, axis=0)
         return self.start + edges / self.rate, low, high
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the waveform; see `impactsig.plot.waveform`."""
-        from . import plot
-
-        return plot.waveform(self, ax=ax, **options)
+    plot = drawn_by("waveform", "the waveform")
 
     def __repr__(self) -> str:
         shape = "x".join(str(size) for size in self.samples.shape)

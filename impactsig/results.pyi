@@ -3,9 +3,9 @@ from .alignment import Alignment as Alignment
 from .calibration import Calibration as Calibration
 from .combining import Combination as Combination
 from .comparison import Comparison as Comparison
-from .control import ControlledFlowMotion as ControlledFlowMotion
-from .control import ControlledMotion as ControlledMotion
-from .control import ControlledStability as ControlledStability
+from .control.controlled import ControlledMotion as ControlledMotion
+from .control.running.flow import ControlledFlowMotion as ControlledFlowMotion
+from .control.stability.stability import ControlledStability as ControlledStability
 from .detect.stops import StopSeparation as StopSeparation
 from .dynamics.contacts.equivalence import EquivalenceError as EquivalenceError
 from .dynamics.contacts.equivalence import SoftStopFit as SoftStopFit
@@ -27,8 +27,8 @@ from .fitting import Band as Band
 from .fitting import MachineFit as MachineFit
 from .fitting import OscillatorFit as OscillatorFit
 from .fitting import Prediction as Prediction
-from .identify import FrictionDecay as FrictionDecay
-from .identify import Resonance as Resonance
+from .identify.friction import FrictionDecay as FrictionDecay
+from .identify.resonance import Resonance as Resonance
 from .intervals import IntervalHistogram as IntervalHistogram
 from .intervals import Join as Join
 from .intervals import Periodicity as Periodicity

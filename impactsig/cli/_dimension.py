@@ -88,7 +88,7 @@ def _train(name: str, impacts: Impacts, period: Periodicity) -> str:
 def _reconstructed(
     impacts: Impacts, period: Periodicity, chosen: argparse.Namespace
 ) -> Iterator[str]:
-    from ..reconstruct import correlation_dimension
+    from ..reconstruct.dimensions.dimension import correlation_dimension
 
     found = correlation_dimension(
         impacts,
@@ -106,7 +106,7 @@ def _reconstructed(
         write_figure(found.plot, chosen.output, (9.0, 3.9))
         yield f"figure: {chosen.output}"
     if chosen.surrogates:
-        from ..reconstruct import surrogate_test
+        from ..reconstruct.testing.surrogate_testing import surrogate_test
 
         yield f"surrogates: {surrogate_test(impacts, seed=chosen.seed).describe()}"
     if chosen.exponent:

@@ -128,7 +128,8 @@ def _maps(_: Path) -> None:
 
 
 def _control(_: Path) -> None:
-    from ..control import Controlled, DelayedFeedback
+    from ..control.controlling import Controlled
+    from ..control.feedback import DelayedFeedback
     from ..oscillators import scenes
     from ..simulate import RungeKutta, simulate
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from .._arguments import number, times_within
+from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..simulate.basis.events import TURN
 from ..simulate.motion import Motion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 class Effort(Protocol):
@@ -95,11 +93,7 @@ class ControlledMotion(Motion):
         squared = self._control.squared(*self._instants(np.minimum(edges, self.stop)))
         return edges[1:], np.sqrt(squared / (periods * TURN))
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw its stroboscopic points over time; see `impactsig.plot.control_strobe`."""
-        from .. import plot
-
-        return plot.control_strobe(self, ax, **options)
+    plot = drawn_by("control_strobe", "its stroboscopic points over time")
 
     def __repr__(self) -> str:
         return "Controlled" + super().__repr__()

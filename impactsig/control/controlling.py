@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .._arguments import number
+from .._arguments import number, refuse
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
 from ..simulate import RungeKutta
 from ..simulate.basis.events import TURN
-from ..simulate.run import LONGEST
+from ..simulate.run import count_of_periods
 from ..simulate.simulation import CHATTER
 from .controlled import ControlledMotion, under_control
 from .intervals import IntervalFeedback
-from .ogy import OGY
+from .ogy import OGY, check_parameter
 from .running.delayed import run_delayed
 from .running.flow import ControlledFlowMotion, control_flow, number_of
 from .running.nudged import run_nudged
@@ -25,7 +25,6 @@ from .running.spiked import run_spiked
 from .running.spiked_flow import control_flow_by_intervals
 from .schedule import KINDS, Controller, Phase, schedule
 from .stability.crossing_map import check_flow
-from .stability.impact_map import check_parameter
 
 
 @dataclass(frozen=True)
@@ -190,15 +189,8 @@ def move(
     system, controller, start = controlled.system, controlled.controller, controlled.start
     if isinstance(system, Flow):
         return _flow(system, controller, periods, duration, start, initial, phase, method)
-    if (periods is None) == (duration is None):
-        given = f"{periods}, {duration}"
-        raise InvalidInput("periods, duration", given, "one of them, and only one")
-    if duration is not None:
-        period = system.forcing_period
-        assert period is not None
-        periods = number("duration", duration, above=0) / period
+    length = count_of_periods(system, periods, duration)
     chatter = number("chatter", chatter, above=0, most=1e-2)
-    length = number("periods", periods, above=0, most=LONGEST)
     phases = schedule(controller, start, length)
     if not isinstance(method, (RungeKutta, type(None))):
         raise InvalidInput("method", method, "RungeKutta(...) or None")
@@ -243,10 +235,7 @@ def _flow(
     flow: Flow, controller: Any, periods: Any, duration: Any, start: Any, initial: Any,
     phase: Any, method: Any,
 ) -> ControlledFlowMotion:  # fmt: skip
-    given = {"periods": periods, "phase": phase, "method": method}
-    for name, value in given.items():
-        if value is not None:
-            raise InvalidInput(name, value, f"no {name} for a flow", "Give duration= alone")
+    refuse("for a flow", "Give duration= alone", periods=periods, phase=phase, method=method)
     length = number("duration", duration, above=0)
     phases = schedule(controller, start, length)
     if any(isinstance(own, IntervalFeedback) for _, own in phases):

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
 
-from .._arguments import choice, number
+from .._arguments import choice
 from ..errors import InvalidInput
+from ..oscillators.parts import numbers
 
 OF_OSCILLATOR = '"velocity" or "displacement" of an oscillator'
 OF_FLOW = "the name or number of a coordinate"
@@ -64,14 +65,11 @@ class DelayedFeedback:
     memory: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gain", number("gain", self.gain))
-        object.__setattr__(self, "delay", number("delay", self.delay, above=0))
-        if self.limit is not None:
-            object.__setattr__(self, "limit", number("limit", self.limit, above=0))
-        memory = number("memory", self.memory, least=0.0, most=1.0)
-        if memory == 1.0:
+        numbers(self, "gain")
+        numbers(self, "delay", *(["limit"] if self.limit is not None else []), above=0)
+        numbers(self, "memory", least=0.0, most=1.0)
+        if self.memory == 1.0:
             raise InvalidInput("memory", self.memory, "0 <= memory < 1")
-        object.__setattr__(self, "memory", memory)
         signal: Any = self.signal
         whole = isinstance(signal, Integral) and not isinstance(signal, bool)
         if not (signal >= 0 if whole else isinstance(signal, str) and signal):

@@ -12,6 +12,7 @@ from ..dynamics.periodic.flow_orbits import FlowOrbit
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..errors import InvalidInput
 from ..oscillators.flows import Flow
+from ..oscillators.parts import numbers
 from .ogy import moved
 from .stability.crossing_map import crossing_maps_of
 from .stability.fastest import fastest
@@ -107,18 +108,14 @@ class IntervalFeedback:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gain", number("gain", self.gain))
-        object.__setattr__(self, "limit", number("limit", self.limit, above=0))
-        if self.target is not None:
-            object.__setattr__(self, "target", number("target", self.target, above=0))
+        numbers(self, "gain", "memory", "offset")
+        numbers(self, "limit", *(["target"] if self.target is not None else []), above=0)
         object.__setattr__(self, "delay", whole("delay", self.delay, 1))
-        object.__setattr__(self, "memory", number("memory", self.memory))
         object.__setattr__(self, "parameter", _parameter(self.parameter))
         if not isinstance(self.signal, str):
             object.__setattr__(self, "signal", whole("signal", self.signal, 0))
         if self.level is not None:
-            object.__setattr__(self, "level", number("level", self.level))
-        object.__setattr__(self, "offset", number("offset", self.offset))
+            numbers(self, "level")
 
     @classmethod
     def fastest(

@@ -5,16 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import choice, number
+from .._arguments import choice, instance
 from ..dynamics.periodic.flow_orbits import FlowOrbit
 from ..dynamics.periodic.orbits import PeriodicOrbit
 from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
+from ..oscillators.parts import numbers
 from ..simulate import simulate
 from ._differences import slope as derivative
 
@@ -90,10 +91,8 @@ class OGY:
                 "orbit", orbit, "an orbit of an Oscillator, whose state is seen once in a period",
                 "IntervalFeedback.fastest holds orbits of flows by their crossings of a level",
             )  # fmt: skip
-        if not isinstance(orbit, PeriodicOrbit):
-            raise InvalidInput("orbit", orbit, "a PeriodicOrbit, as find_periodic_orbit finds")
-        if not isinstance(orbit.system, Oscillator):
-            raise InvalidInput("orbit", orbit, "an orbit of an Oscillator")
+        instance("orbit", orbit, PeriodicOrbit, "a PeriodicOrbit, as find_periodic_orbit finds")
+        instance("orbit", orbit.system, Oscillator, "an orbit of an Oscillator")
         if not orbit.found:
             raise InvalidInput(
                 "orbit", orbit, "an orbit that was found",
@@ -106,12 +105,8 @@ class OGY:
                 "A stable orbit needs no control" if orbit.stable
                 else "One parameter, moved once in a period, tames one unstable direction",
             )  # fmt: skip
-        object.__setattr__(self, "limit", number("limit", self.limit, above=0))
-        choice("parameter", self.parameter, ("amplitude", "load"))
-        if self.parameter == "amplitude" and not orbit.system.forces:
-            raise InvalidInput(
-                "parameter", "amplitude", '"load", where it is the base that forces',
-            )  # fmt: skip
+        numbers(self, "limit", above=0)
+        check_parameter(orbit.system, self.parameter)
         for name, value in zip(("points", "gain", "multipliers"), self._linear(), strict=True):
             object.__setattr__(self, name, value)
 
@@ -194,6 +189,19 @@ class OGY:
             f"OGY(period({orbit.impacts}, {orbit.periods}), limit={self.limit:g}, "
             f"parameter={self.parameter!r})"
         )
+
+
+def check_parameter(machine: Oscillator, parameter: Any) -> None:
+    """Refuse a parameter that the oscillator does not have.
+
+    Raises
+    ------
+    InvalidInput
+        If it is the number of one of a flow, or the amplitude where no force is.
+    """
+    choice("parameter", parameter, ("amplitude", "load"))
+    if parameter == "amplitude" and not machine.forces:
+        raise InvalidInput("parameter", "amplitude", '"load", where it is the base that forces')
 
 
 def moved(oscillator: Oscillator, parameter: str, by: float) -> Oscillator:

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .._arguments import instance
 from .._showing import Shown
-from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording, chosen_channel
 
@@ -114,10 +114,8 @@ def separate_stops(
     >>> found.impacts.stop_index[:6]
     array([0, 1, 0, 1, 0, 1])
     """
-    if not isinstance(recording, Recording):
-        raise InvalidInput("recording", recording, "a Recording", "impactsig.read makes one")
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput("impacts", impacts, "Impacts")
+    instance("recording", recording, Recording, "a Recording", "impactsig.read makes one")
+    instance("impacts", impacts, Impacts, "Impacts")
     one = chosen_channel(recording, channel)
     if len(impacts) < FEWEST:
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"

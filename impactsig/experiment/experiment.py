@@ -14,7 +14,7 @@ import numpy as np
 from .._arguments import choice, whole
 from .._arguments import path as path_of
 from .._extras import library
-from .._showing import Shown
+from .._showing import Shown, figures
 from ..errors import ImpactsigError, InvalidInput
 from ..impacts import Impacts
 from ._kept import Kept
@@ -297,9 +297,8 @@ class Experiment(Shown):
 
     def plot(self, observe: Any = "interval", ax: Axes | None = None, **options: Any) -> Axes:
         """Draw a quantity over the parameter; see `impactsig.plot.experiment`."""
-        from ..plot import experiment
-
-        return experiment(self, observe, ax, **options)
+        axes: Axes = figures("experiment")(self, observe, ax, **options)
+        return axes
 
     def write_report(
         self,

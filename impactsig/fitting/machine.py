@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._showing import Shown
+from .._showing import Shown, drawn_on_figure_by
 from ._machine import PARAMETERS
 from ._outcome import ALONE, interval_of, not_determined
 from .result import OscillatorFit, in_words
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MISFIT = 0.01
 """Of the p-value of all trains."""
@@ -97,11 +93,7 @@ class MachineFit(Shown):
         )
         return "\n".join((*lines, *self.warnings))
 
-    def plot(self, figure: Figure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.machine_fit`."""
-        from .. import plot
-
-        return plot.machine_fit(self, figure)
+    plot = drawn_on_figure_by("machine_fit", "it")
 
     def __str__(self) -> str:
         return self.describe()

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .._showing import Shown
+from .._showing import Shown, drawn_on_figure_by
 from ._judging import p_value
 from ._machine import CHAIN, PARAMETERS
 from ._simulated import Beginnings, simulated
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..impacts import Impacts
 
 BINS, CELLS = 24, 8
@@ -138,11 +136,7 @@ class Prediction(Shown):
             return f"{judged}\nthe measured train is among the simulated ones"
         return "\n".join((judged, *self.unexplained))
 
-    def plot(self, figure: Figure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.prediction`."""
-        from .. import plot
-
-        return plot.prediction(self, figure)
+    plot = drawn_on_figure_by("prediction", "it")
 
 
 def predicted(

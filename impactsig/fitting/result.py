@@ -6,21 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._arguments import Seed, streams, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_on_figure_by
 from ..comparison import Comparison, compare
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Oscillator
 from .prediction import Posterior, Prediction, predicted
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 LEAST_TRAINS = 40
 """Of a prediction: with fewer no p-value is below 1/41, nor does a band hold 95 % of them."""
@@ -190,11 +185,7 @@ class OscillatorFit(Shown):
         )
         return "\n".join((*lines, *self.warnings))
 
-    def plot(self, figure: Figure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.oscillator_fit`."""
-        from .. import plot
-
-        return plot.oscillator_fit(self, figure)
+    plot = drawn_on_figure_by("oscillator_fit", "it")
 
     def __str__(self) -> str:
         return self.describe()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._band import Band
+from ._climbing import climb
 
 
 class Fit(NamedTuple):
@@ -34,16 +35,26 @@ def fit_decay(band: Band, frequency: float) -> Fit:
     band, and a step from the record's end to its beginning, are in it. All but the pole is linear
     and solved for; the pole by Gauss' and Newton's method.
     """
-    best: tuple[float, float, float] | None = None
-    for ratio in (0.002, 0.01, 0.04, 0.15):
-        alpha, omega = 2 * math.pi * frequency * ratio, 2 * math.pi * frequency
-        alpha, omega, cost = _descend(band, alpha, omega)
-        if best is None or cost < best[2]:
-            best = alpha, omega, cost
-    assert best is not None
-    alpha, omega, cost = best
-    columns, slopes = _columns(band, alpha, omega)
     data = _real(band.values)
+    least, most = 0.2 / band.duration, 2 * math.pi * (band.frequency[-1] - band.frequency[0])
+    edges = 2 * math.pi * band.frequency[[0, -1]]
+
+    def evaluate(pole: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        _, residual, jacobian = _project(*_columns(band, *pole), data)
+        return -float(residual @ residual), jacobian.T @ residual, jacobian.T @ jacobian
+
+    def limited(pole: np.ndarray, step: np.ndarray) -> np.ndarray:
+        alpha = min(max(pole[0] + step[0], 0.05 * pole[0], 1e-3 * least), most)
+        return np.array([alpha, min(max(pole[1] + step[1], edges[0]), edges[1])])
+
+    centre = 2 * math.pi * frequency
+    starts = (min(max(centre * ratio, least), most) for ratio in (0.002, 0.01, 0.04, 0.15))
+    value, (alpha, omega) = climb(
+        (np.array([alpha, centre]) for alpha in starts), evaluate, limited,
+        lambda pole, new: abs(new - pole).sum() <= 1e-12 * pole[1], most=60,
+    )  # fmt: skip
+    cost = -value
+    columns, slopes = _columns(band, alpha, omega)
     coefficients, residual, jacobian = _project(columns, slopes, data)
     free = len(data) - columns.shape[1] - 2
     variance = cost / max(free, 1)  # of the real part of a value: N / 2 times that of a sample
@@ -60,35 +71,6 @@ def fit_decay(band: Band, frequency: float) -> Fit:
         amplitude**2 / 2 * lasts / noise**2 if noise > 0 else math.inf,
         free / 2 * math.log(float(rest @ rest) / cost) if cost > 0 else math.inf,
     )  # fmt: skip
-
-
-def _descend(band: Band, alpha: float, omega: float) -> tuple[float, float, float]:
-    data = _real(band.values)
-    least, most = 0.2 / band.duration, 2 * math.pi * (band.frequency[-1] - band.frequency[0])
-    edges = 2 * math.pi * band.frequency[[0, -1]]
-    alpha = min(max(alpha, least), most)
-    columns, slopes = _columns(band, alpha, omega)
-    _c, residual, jacobian = _project(columns, slopes, data)
-    cost = float(residual @ residual)
-    damping = 1e-3
-    for _ in range(60):
-        square = jacobian.T @ jacobian
-        step = np.linalg.solve(square + damping * np.diag(np.diag(square)), jacobian.T @ residual)
-        nearer = min(max(alpha + step[0], 0.05 * alpha, 1e-3 * least), most)
-        aside = min(max(omega + step[1], edges[0]), edges[1])
-        columns, slopes = _columns(band, nearer, aside)
-        _c, found, new = _project(columns, slopes, data)
-        if float(found @ found) <= cost:
-            done = abs(nearer - alpha) + abs(aside - omega) <= 1e-12 * omega
-            alpha, omega, residual, jacobian = nearer, aside, found, new
-            cost, damping = float(found @ found), damping / 5
-            if done:
-                break
-        elif damping > 1e8:
-            break
-        else:
-            damping *= 5
-    return alpha, omega, cost
 
 
 def _columns(band: Band, alpha: float, omega: float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ._band import Band
+from ._climbing import climb
 from ._decay import Fit
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
@@ -23,14 +24,24 @@ def fit_noise(band: Band, frequency: float, quantity: str) -> Fit:
     a geometric sum. Fisher's scoring maximises ``-sum(ln E I_k + I_k / E I_k)``.
     """
     power = np.abs(band.values) ** 2 / band.count
-    best: tuple[float, np.ndarray] | None = None
-    for ratio in (0.003, 0.01, 0.03, 0.1):
-        start = _start(band, power, frequency, ratio, quantity)
-        found = _score(band, power, start, quantity)
-        if best is None or found[0] > best[0]:
-            best = found
-    assert best is not None
-    value, theta = best
+    low, high = np.log(2 * math.pi * band.frequency[[0, -1]])
+
+    def evaluate(theta: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        expected, slopes = _expected(band, theta, quantity)
+        value = -float((np.log(expected) + power / expected).sum())
+        return value, slopes.T @ (power / expected - 1), slopes.T @ slopes
+
+    def limited(theta: np.ndarray, step: np.ndarray) -> np.ndarray:
+        new = theta + np.clip(step, -1.0, 1.0)
+        new[1] = min(max(new[1], low), high)
+        new[0] = min(new[0], new[1])
+        new[3] = max(new[3], new[2] - 40)
+        return new
+
+    value, theta = climb(
+        (_start(band, power, frequency, ratio, quantity) for ratio in (0.003, 0.01, 0.03, 0.1)),
+        evaluate, limited, lambda theta, new: abs(new - theta)[:3].max() < 1e-10, 80, least=1e-9,
+    )  # fmt: skip
     expected, slopes = _expected(band, theta, quantity)
     information = slopes.T @ slopes
     alpha, omega = np.exp(theta[:2])
@@ -56,38 +67,6 @@ def _start(
     theta[2] = math.log(max(float(power.sum() / shape.sum()), 1e-300))
     theta[3] = math.log(floor)
     return theta
-
-
-def _score(
-    band: Band, power: np.ndarray, theta: np.ndarray, quantity: str
-) -> tuple[float, np.ndarray]:
-    """The maximum of the log-likelihood reached uphill, and its parameters."""
-    low, high = np.log(2 * math.pi * band.frequency[[0, -1]])
-    expected, slopes = _expected(band, theta, quantity)
-    value = -float((np.log(expected) + power / expected).sum())
-    damping = 1e-3
-    for _ in range(80):
-        gradient = slopes.T @ (power / expected - 1)
-        information = slopes.T @ slopes
-        hold = damping * np.diag(np.diag(information) + 1e-9)
-        step = np.clip(np.linalg.solve(information + hold, gradient), -1.0, 1.0)
-        new = theta + step
-        new[1] = min(max(new[1], low), high)
-        new[0] = min(new[0], new[1])
-        new[3] = max(new[3], new[2] - 40)
-        expected_new, slopes_new = _expected(band, new, quantity)
-        value_new = -float((np.log(expected_new) + power / expected_new).sum())
-        if value_new >= value:
-            done = float(np.abs(new - theta)[:3].max()) < 1e-10
-            theta, expected, slopes, value = new, expected_new, slopes_new, value_new
-            damping /= 5
-            if done:
-                break
-        elif damping > 1e8:
-            break
-        else:
-            damping *= 5
-    return value, theta
 
 
 def _expected(band: Band, theta: np.ndarray, quantity: str) -> tuple[np.ndarray, np.ndarray]:

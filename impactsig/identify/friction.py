@@ -169,7 +169,7 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
             "Record for longer, or from a greater displacement",
         )  # fmt: skip
     by_extrema = decrement(levels)
-    guess = _guess(samples, times, levels, by_extrema, rate)
+    guess = _guess(samples, times, by_extrema, rate)
     found = _best(samples, guess, rate, levels)
     fitted = _judged(recording, samples, found, level, by_extrema[:2], times, levels)
     machine = found[0]
@@ -201,9 +201,7 @@ def _swinging(time: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndar
     return time[: count + 1], levels[: count + 1]
 
 
-def _guess(
-    samples: np.ndarray, times: np.ndarray, levels: np.ndarray, by_extrema: tuple, rate: float
-) -> Machine:
+def _guess(samples: np.ndarray, times: np.ndarray, by_extrema: tuple, rate: float) -> Machine:
     ratio, friction, centre = by_extrema
     omega = math.pi * (len(times) - 1) / (times[-1] - times[0]) / math.sqrt(1 - ratio**2)
     early = samples[: max(6, round(0.25 * 2 * math.pi / omega * rate))]

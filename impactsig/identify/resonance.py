@@ -5,21 +5,18 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .._arguments import Seed, choice, number, streams
-from .._showing import Shown
+from .._arguments import Seed, choice, instance, number, streams
+from .._showing import Shown, drawn_by
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
 from ._band import Band, band_of, log_decrement, padded, peak_and_width, smooth
 from ._decay import Fit, fit_decay
 from ._envelope import envelope_evidence
 from ._noise import QUANTITIES, fit_noise
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 REPLICAS = 100
 EVIDENCE = 10.0
@@ -130,11 +127,7 @@ class Resonance(Shown):
         """Quality factor, 1 / (2 damping ratio)."""
         return 0.5 / self.damping_ratio
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the spectrum with the fit; see `impactsig.plot.resonance`."""
-        from .. import plot
-
-        return plot.resonance(self, ax)
+    plot = drawn_by("resonance", "the spectrum with the fit")
 
     def __repr__(self) -> str:
         return (
@@ -216,14 +209,14 @@ def identify_resonance(
         low, high = peak / 3, min(2 * peak, 0.499 * rate)
     else:
         low, high = _limits(band, rate)
-    found = _checked(band_of(samples, rate, low, high), recording)
+    found = _checked(band_of(samples, rate, low, high))
     begin = 0
     if kind == "decay":
         time, size = found.envelope()
         first = int(np.argmax(size[:-1]))  # the last wraps round to the beginning
         if first > 3:  # what begins with the record is greatest within three values
             begin = round((time[first] + time[1]) * rate)
-            found = _checked(band_of(samples[begin:], rate, low, high), recording)
+            found = _checked(band_of(samples[begin:], rate, low, high))
     power = np.abs(found.values) ** 2
     middle = float(found.frequency[np.argmax(smooth(power, 5))])
     fit = fit_decay(found, middle) if kind == "decay" else fit_noise(found, middle, quantity)
@@ -329,8 +322,7 @@ def _readings(band: Band, values: np.ndarray, fit: Fit, kind: str) -> np.ndarray
 
 
 def _samples(recording: Recording) -> np.ndarray:
-    if not isinstance(recording, Recording):
-        raise InvalidInput("recording", recording, "a Recording", "Recording(samples, rate)")
+    instance("recording", recording, Recording, "a Recording", "Recording(samples, rate)")
     samples = recording.samples
     if samples.ndim == 2 and samples.shape[1] > 1:
         raise InvalidInput(
@@ -367,7 +359,7 @@ def _limits(band: tuple[float, float], rate: float) -> tuple[float, float]:
     return low, high
 
 
-def _checked(band: Band, recording: Recording) -> Band:
+def _checked(band: Band) -> Band:
     if len(band.values) < FEWEST:
         raise InvalidInput(
             "recording", f"{band.duration:.4g} s", f"{FEWEST} frequencies in the band",

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .._arguments import reals, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from .pairs import Intervals, as_intervals
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_BINS = 4096
 
@@ -52,11 +49,7 @@ class IntervalHistogram(Shown):
     count: np.ndarray
     rule: str
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw it; see `impactsig.plot.histogram`."""
-        from .. import plot
-
-        return plot.histogram(self, ax=ax, **options)
+    plot = drawn_by("histogram", "it")
 
 
 def interval_histogram(

@@ -124,9 +124,6 @@ class Repair(Shown):
             f"by {by} ({self.period.describe()})"
         )
 
-    def __repr__(self) -> str:
-        return f"Repair({self.describe()})"
-
 
 def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     """Split intervals at missed impacts and join them at spurious ones, if the evidence is clear.

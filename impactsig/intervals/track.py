@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._arguments import instance, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from .forcing import Forcing
@@ -20,9 +19,6 @@ from .phases.reading import Clock
 from .phases.slots import poisson_score
 from .phases.tracking import best_path
 from .phases.verdict import KINDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 OVERLAPPING = 4  # windows that an impact is in
 CHANGE = 5.0  # log-odds against a change from one window to the next
@@ -97,11 +93,7 @@ class PeriodTrack(Shown):
     def __repr__(self) -> str:
         return f"PeriodTrack({len(self.stretches)} stretches, {len(self.windows)} windows)"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the probabilities over time; see `impactsig.plot.period_track`."""
-        from .. import plot
-
-        return plot.period_track(self, ax=ax)
+    plot = drawn_by("period_track", "the probabilities over time")
 
 
 def track_period(

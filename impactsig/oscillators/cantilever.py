@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .._arguments import instance, number, whole
+from .._showing import drawn_by
 from ..errors import InvalidInput
 from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:  # the command's help needs no arrays
     from collections.abc import Sequence
 
     import numpy as np
-    from matplotlib.axes import Axes
 
 MOST_MODES = 100
 
@@ -233,11 +233,7 @@ class Cantilever:
         frequency = number("frequency", frequency, above=0)
         return replace(self, modulus=self.modulus * (frequency / self.frequencies(1)[0]) ** 2)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the first mode shapes; see `impactsig.plot.mode_shapes`."""
-        from .. import plot
-
-        return plot.mode_shapes(self, ax, **options)
+    plot = drawn_by("mode_shapes", "the first mode shapes")
 
 
 def _check_stop(stop: Any) -> None:

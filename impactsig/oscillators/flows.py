@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .._arguments import entries, number, text
+from .._arguments import entries, function, number, text
 from ..errors import InvalidInput
 
 __all__ = ["Flow", "lorenz", "rossler"]
@@ -67,10 +67,9 @@ class Flow:
     forcing_period: ClassVar[None] = None
 
     def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise InvalidInput("function", self.function, "a function of t, y and the parameters")
-        if self.signal is not None and not callable(self.signal):
-            raise InvalidInput("signal", self.signal, "a function of the state")
+        function("function", self.function, "a function of t, y and the parameters")
+        if self.signal is not None:
+            function("signal", self.signal, "a function of the state")
         initial = _numbers("initial", self.initial)
         if not initial:
             raise InvalidInput("initial", self.initial, "a number for every coordinate")

@@ -8,7 +8,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from .._arguments import choice, flag
+from .._arguments import choice, flag, number
 from ..errors import InvalidInput
 from .equivalents import stop_damping
 
@@ -419,20 +419,7 @@ def numbers(
                 continue
             first = int(wrong.argmax())  # refused below as it is alone
             value, least = (_entry(one, first) for one in (value, least))
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InvalidInput(name, value, "a real number") from None
-        if not (math.isfinite(number) and number > above and least <= number <= most):
-            wanted = "a finite number"
-            if above > -math.inf:
-                wanted += f" > {above:g}"
-            if least > -math.inf:
-                wanted += f" >= {least:g}"
-            if most < math.inf:
-                wanted += f" and <= {most:g}"
-            raise InvalidInput(name, value, wanted)
-        object.__setattr__(owner, name, number)
+        object.__setattr__(owner, name, number(name, value, above=above, least=least, most=most))
 
 
 def _entry(column: Any, k: int) -> Any:

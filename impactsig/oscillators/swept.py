@@ -10,9 +10,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .._arguments import number, reals
+from .._arguments import instance, reals
 from ..errors import InvalidInput
 from .oscillator import Oscillator
+from .parts import numbers
 
 
 @dataclass(frozen=True)
@@ -71,17 +72,15 @@ class Swept:
 
     def __post_init__(self) -> None:
         own = self.oscillator
-        if not isinstance(own, Oscillator):
-            raise InvalidInput("oscillator", own, "an Oscillator, as impactsig.scenes makes")
+        instance("oscillator", own, Oscillator, "an Oscillator, as impactsig.scenes makes")
         moved_otherwise = own.base is not None or own.law is not None or own.noise is not None
         if len(own.forces) != 1 or moved_otherwise:
             raise InvalidInput(
                 "oscillator", own, "an oscillator with one force, and no base, law or noise",
                 "A law(t, x, v) can hold any force that changes with time",
             )  # fmt: skip
-        for name in ("frequency_rate", "amplitude_rate"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
-        object.__setattr__(self, "start", number("start", self.start, least=0.0))
+        numbers(self, "frequency_rate", "amplitude_rate")
+        numbers(self, "start", least=0.0)
 
     def frequency(self, time: Any) -> Any:
         """Frequency of the force [Hz] at times [s]; a float or an array, as `time` is.

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from .._arguments import choice, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ._arguments import varying
 from ._series import known, series, stretches, unbroken
 from .information import NEIGHBORS, information, scored
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 LEAST = 16
 """Fewest values that a delay is looked for in."""
@@ -85,11 +82,7 @@ class DelayChoice(Shown):
     def __str__(self) -> str:
         return self.describe()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the curve and the choice; see `impactsig.plot.delay_choice`."""
-        from .. import plot
-
-        return plot.delay_choice(self, ax)
+    plot = drawn_by("delay_choice", "the curve and the choice")
 
 
 def autocorrelation_delay(

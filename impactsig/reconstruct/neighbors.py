@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from .._arguments import number, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ._arguments import dimensions_of, long_enough, varying
 from ._series import known, series, unbroken
 from ._theiler import theiler_window
 from ._values import rounding_doubt, typical_gap
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 DISTINCT = 10
 """Fewest different values that make a geometry."""
@@ -99,11 +96,7 @@ class FalseNeighbors(Shown):
     def __str__(self) -> str:
         return self.describe()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the shares; see `impactsig.plot.false_neighbors`."""
-        from .. import plot
-
-        return plot.false_neighbors(self, ax)
+    plot = drawn_by("false_neighbors", "the shares")
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,11 +162,7 @@ class AveragedFalseNeighbors(Shown):
     def __str__(self) -> str:
         return self.describe()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw E1 and E2; see `impactsig.plot.averaged_false_neighbors`."""
-        from .. import plot
-
-        return plot.averaged_false_neighbors(self, ax)
+    plot = drawn_by("averaged_false_neighbors", "E1 and E2")
 
 
 def false_nearest_neighbors(

@@ -80,9 +80,6 @@ class OrdinalPatterns(Shown):
         )
         return "; but ".join((words, *self.warnings))
 
-    def __repr__(self) -> str:
-        return f"OrdinalPatterns({self.describe()})"
-
 
 def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     """Ordinal patterns of a series, and their permutation entropy [BandtPompe2002]_.

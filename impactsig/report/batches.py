@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from importlib import resources
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -256,19 +255,11 @@ def _pages(paths: list[Path], folder: Path) -> list[Path]:
 
 def _index(entries: tuple[Entry, ...]) -> str:
     """The page that lists them."""
-    from jinja2 import Environment, StrictUndefined
-
-    from .. import __version__
+    from ._template import page_of
     from .contents import breakable, printable
 
-    parts = resources.files("impactsig.report")
-    template = Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
-    ).from_string((parts / "index.html.j2").read_text(encoding="utf-8"))
     heads = list(dict.fromkeys(name for entry in entries for name, _, _ in entry.figures))
-    return template.render(
-        policy="default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'",
-        style=(parts / "page.css").read_text(encoding="utf-8"),
+    return page_of("index.html.j2")(
         heads=heads,
         rows=[
             {
@@ -283,5 +274,4 @@ def _index(entries: tuple[Entry, ...]) -> str:
             for entry in entries
         ],
         failed=sum(entry.page is None for entry in entries),
-        version=__version__,
     )

@@ -15,12 +15,10 @@ from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity, Repair
-    from ..reconstruct import (
-        CorrelationDimension,
-        LyapunovExponent,
-        ReturnMapDeterminism,
-        SurrogateTest,
-    )
+    from ..reconstruct.dimensions.dimension import CorrelationDimension
+    from ..reconstruct.divergence.exponents import LyapunovExponent
+    from ..reconstruct.testing.determinism import ReturnMapDeterminism
+    from ..reconstruct.testing.surrogate_testing import SurrogateTest
 
 DIMENSIONS = (1, 2, 3, 4, 5)
 """Embedding dimensions that the exponent chooses from."""
@@ -210,9 +208,11 @@ def read_dynamics(
     asked : bool
         Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
     """
-    from .. import intervals, reconstruct
-    from ..reconstruct.dimensions.dimension import of_kind
+    from .. import intervals
+    from ..reconstruct.dimensions.dimension import correlation_dimension, of_kind
     from ..reconstruct.recognition.kinds import is_certain, of_period
+    from ..reconstruct.testing.determinism import return_map_determinism
+    from ..reconstruct.testing.surrogate_testing import surrogate_test
 
     values = impacts.intervals()
     without: dict[str, str] = {}
@@ -237,9 +237,7 @@ def read_dynamics(
         whole = not (period.missed or period.spurious or period.satellites or len(impacts.gaps))
         if asked and whole and period.kind != "drifting":
             late = deviations(impacts.time, period.impacts or 1)[:TESTED]
-            determinism = part(
-                "determinism", lambda: reconstruct.return_map_determinism(late, seed=SEED)
-            )
+            determinism = part("determinism", lambda: return_map_determinism(late, seed=SEED))
         return Dynamics(
             len(values),
             asked,
@@ -255,12 +253,10 @@ def read_dynamics(
     return Dynamics(
         len(values),
         asked,
-        dimension=part("dimension", lambda: reconstruct.correlation_dimension(read)),
+        dimension=part("dimension", lambda: correlation_dimension(read)),
         exponent=None if exponent is None else exponent[0],
-        surrogates=part("surrogates", lambda: reconstruct.surrogate_test(tested, seed=SEED)),
-        determinism=part(
-            "determinism", lambda: reconstruct.return_map_determinism(tested, seed=SEED)
-        ),
+        surrogates=part("surrogates", lambda: surrogate_test(tested, seed=SEED)),
+        determinism=part("determinism", lambda: return_map_determinism(tested, seed=SEED)),
         false_share=None if exponent is None else exponent[1],
         repair=repair,
         without=without,
@@ -281,7 +277,8 @@ def exponent_of(
 
     The embedding is the least beyond which the share of false neighbours hardly falls.
     """
-    from ..reconstruct import false_nearest_neighbors, lyapunov_exponent
+    from ..reconstruct.divergence.exponents import lyapunov_exponent
+    from ..reconstruct.neighbors import false_nearest_neighbors
 
     share = false_nearest_neighbors(impacts, dimensions, theiler=theiler).share
     chosen = int(np.argmax(share <= max(FEW_FALSE, 2 * share.min())))

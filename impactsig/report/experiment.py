@@ -5,16 +5,16 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
 
-from .. import __version__, plot
+from .. import plot
 from .._atomic import atomic_path
 from ..errors import InvalidInput, UnwritableFile
+from ._template import page_of
 from .batches import INDEX, Entry, write_each_report
 from .contents import breakable, printable
 from .figures import Picture, draw
@@ -106,18 +106,9 @@ def _page(
     entries: dict[Path, Entry],
     simulated: BifurcationDiagram | Sequence[BifurcationDiagram],
 ) -> str:
-    from jinja2 import Environment, StrictUndefined
-
-    parts = resources.files("impactsig.report")
-    template = Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
-    ).from_string((parts / "experiment.html.j2").read_text(encoding="utf-8"))
     unit = experiment.unit
     heads, rows = _rows(experiment, entries)
-    return template.render(
-        policy="default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; "
-        "style-src 'unsafe-inline'",
-        style=(parts / "page.css").read_text(encoding="utf-8"),
+    return page_of("experiment.html.j2", images="data:")(
         title=f"{len(experiment)} recordings over the {experiment.parameter}",
         summary=_summary(experiment),
         pictures=list(_pictures(experiment, simulated)),
@@ -141,7 +132,6 @@ def _page(
         ),
         runs=RUNS,
         table_of_jumps=JUMPS,
-        version=__version__,
     )
 
 

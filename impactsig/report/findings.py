@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..impacts import Impacts
-    from ..reconstruct import ReturnMapDeterminism
+    from ..reconstruct.testing.determinism import ReturnMapDeterminism
     from .analysis import Analysis
     from .dynamics import Dynamics
 

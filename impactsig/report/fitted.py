@@ -11,7 +11,8 @@ from .dynamics import READ, TESTED, grows, pace, short_time
 from .figures import Picture, draw, draw_figure
 
 if TYPE_CHECKING:
-    from ..reconstruct import LyapunovExponent, SurrogateTest
+    from ..reconstruct.divergence.exponents import LyapunovExponent
+    from ..reconstruct.testing.surrogate_testing import SurrogateTest
     from .dynamics import Dynamics
 
 MANY_FALSE = 0.1

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import re
 from datetime import UTC, datetime
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from .._arguments import path
 from .._atomic import atomic_path
 from ..errors import InvalidInput
+from ._template import page_of
 from .analysis import Analysis, analyse
 from .cards import tiles
 from .contents import (
@@ -116,25 +113,13 @@ def write_page(analysis: Analysis, output: str | Path) -> Path:
 
 def render(analysis: Analysis) -> str:
     """The page as HTML text."""
-    from jinja2 import Environment, StrictUndefined
-
     from . import figures, findings, interactive
 
-    parts = resources.files("impactsig.report")
-    template = Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
-    ).from_string((parts / "page.html.j2").read_text(encoding="utf-8"))
     scripts = interactive.scripts()
-    # Scripts run only if their hash stands in the policy: text that slipped in stays text.
-    policy = (
-        "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data: blob:; "
-        f"style-src 'unsafe-inline'; script-src {' '.join(map(_hash, scripts))}"
-    )
+    fill = page_of("page.html.j2", images="data: blob:", scripts=scripts, style=interactive.style())
     path = analysis.file.path
     said = dict(
         name=printable(Path(path).name),
-        policy=policy,
-        style=interactive.style() + (parts / "page.css").read_text(encoding="utf-8"),
         summary=printable(re.sub(r"(\d) (m?s)\b", "\\1\u00a0\\2", analysis.summary())),
         notes=notes(analysis),
         tiles=tiles(analysis),
@@ -156,14 +141,8 @@ def render(analysis: Analysis) -> str:
         parameters=parameters(analysis),
         command=printable(command(analysis)),
         python=printable(python_lines(analysis)),
-        version=__version__,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
-    rest = template.render(**said, numbers="", samples_held=samples_held(analysis, 0))
+    rest = fill(**said, numbers="", samples_held=samples_held(analysis, 0))
     numbers, held = interactive.numbers(analysis, LIMIT - len(rest.encode()))
-    return template.render(**said, numbers=numbers, samples_held=samples_held(analysis, held))
-
-
-def _hash(script: str) -> str:
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return f"'sha256-{digest}'"
+    return fill(**said, numbers=numbers, samples_held=samples_held(analysis, held))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import number, times_within
-from .._showing import Shown
+from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
 from ..oscillators import Oscillator, Rigid
@@ -36,15 +36,14 @@ from .basis.events import (
     V,
 )
 from .basis.frame import base_motion, pace
+from .moved import Moved
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from .spectrum import PowerSpectrum
+    pass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Shown):
+class Motion(Moved):
     """The simulated motion of an oscillator.
 
     Times are in seconds since the start of the simulation, transient included, or in the
@@ -101,11 +100,6 @@ class Motion(Shown):
     _segments: np.ndarray = field(repr=False)
     _first: tuple[float, float] = field(repr=False)
     _last: tuple[float, float] = field(repr=False)
-
-    @property
-    def stop(self) -> float:
-        """End of the span [s]."""
-        return self.start + self.duration
 
     @property
     def impacts_per_period(self) -> float:
@@ -219,17 +213,7 @@ class Motion(Shown):
 
         return kinetic_energy_gained(self)
 
-    def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
-        from .spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
-
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the phase portrait; see `impactsig.plot.phase_portrait`."""
-        from .. import plot
-
-        return plot.phase_portrait(self, ax, **options)
+    plot = drawn_by("phase_portrait", "the phase portrait")
 
     def __repr__(self) -> str:
         parts = [f"{self.impact_count} impacts"]

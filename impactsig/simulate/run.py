@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import flag, instance, number
+from .._arguments import flag, instance, number, one_of_them
 from .._watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
@@ -119,20 +119,22 @@ def span(
     InvalidInput
         If both or none are given, or one is out of its range.
     """
-    if (periods is None) == (duration is None):
+    name, length = one_of_them(periods=periods, duration=duration)
+    if name == "periods" and not forced:
         raise InvalidInput(
-            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
-        )
-    if periods is not None and not forced:
-        raise InvalidInput(
-            "periods", periods, "an oscillator with forcing to count by",
+            "periods", periods, "a system with forcing to count by",
             "There is no forcing: give duration= in seconds",
         )  # fmt: skip
-    name, length = ("periods", periods) if duration is None else ("duration", duration)
     return (
         number(name, length, above=0, most=LONGEST),
         number("transient", transient, least=0.0, most=LONGEST),
     )
+
+
+def count_of_periods(system: Any, periods: float | None, duration: float | None) -> float:
+    """Duration in forcing periods of a system that has them; raises as `span` does."""
+    length, _ = span(periods, duration, 0.0, True)
+    return length if duration is None else length / float(system.forcing_period)
 
 
 def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillator:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .._arguments import choice, number, whole
-from .._showing import Shown
+from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ..oscillators import Cantilever
 from ..oscillators.flows import Flow
 from .basis.frame import swings
 from .flows.course import coordinate_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 QUANTITIES = ("displacement", "velocity")
 PER_PERIOD = 128
@@ -80,11 +77,7 @@ class PowerSpectrum(Shown):
         inside = (self.frequency >= low) & (self.frequency <= high)
         return float(self.density[inside].sum() * self.resolution)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it; see `impactsig.plot.power_spectrum`."""
-        from .. import plot
-
-        return plot.power_spectrum(self, ax)
+    plot = drawn_by("power_spectrum", "it")
 
 
 def power_spectrum(

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import instance, number
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import reference_frequency
 from ..simulate.exact.starts import first_places
-from ..simulate.run import LONGEST
+from ..simulate.run import span
 from ._scales import Survey, survey
 from .paths.running import Method, check_method
 
@@ -71,53 +71,40 @@ def course(
     InvalidInput
         If one is out of its range.
     """
-    if not isinstance(oscillator, Oscillator):
-        raise InvalidInput(
-            "oscillator", oscillator, "an Oscillator with noise",
-            "Only an Oscillator takes noise=Noise(intensity); cantilevers, flows and what is "
-            "controlled move without",
-        )  # fmt: skip
+    instance(
+        "oscillator", oscillator, Oscillator, "an Oscillator with noise",
+        "Only an Oscillator takes noise=Noise(intensity); cantilevers, flows and what is "
+        "controlled move without",
+    )  # fmt: skip
     if oscillator.noise is None:
         raise InvalidInput(
             "oscillator", repr(oscillator), "an oscillator with noise",
             "Give it noise=Noise(intensity); without noise, simulate() moves it",
         )  # fmt: skip
     check_method(oscillator, method)
-    if (periods is None) == (duration is None):
-        raise InvalidInput(
-            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
-        )
-    unit = 1.0  # of transient and duration, in the oscillator's unit of time
-    if periods is not None:
-        if oscillator.angular_forcing_frequency is None:
-            raise InvalidInput(
-                "periods", periods, "an oscillator with forcing to count by",
-                "There is no forcing: give duration= in seconds",
-            )  # fmt: skip
-        unit = TURN / oscillator.angular_forcing_frequency
-        span = number("periods", periods, above=0, most=LONGEST) * unit
-    else:
-        unit = 1 / oscillator.time_unit
-        span = number("duration", duration, above=0, most=LONGEST) * unit
-    before = number("transient", transient, least=0.0, most=LONGEST) * unit
+    omega = oscillator.angular_forcing_frequency
+    length, before = span(periods, duration, transient, omega is not None)
+    # Of both, in the oscillator's unit of time.
+    unit = TURN / omega if omega is not None and duration is None else 1 / oscillator.time_unit
+    length, before = length * unit, before * unit
     phase = number("phase", phase) % TURN
     q, v = starts(oscillator, paths, initial, phase)
-    found = survey(oscillator, before + span, q, v, phase)
+    found = survey(oscillator, before + length, q, v, phase)
     if step is None:
         size = found.default
     else:
         found.check(number("step", step, above=0), oscillator.time_unit)
         size = step / oscillator.time_unit
     if every is None:
-        size = min(size, span)
-        stride = min(look, max(int(span / size * (1 + 1e-9)), 1))
+        size = min(size, length)
+        stride = min(look, max(int(length / size * (1 + 1e-9)), 1))
     else:
         apart = number("every", every, above=0) / oscillator.time_unit
-        if apart > span * (1 + 1e-9):
+        if apart > length * (1 + 1e-9):
             raise InvalidInput("every", every, "no longer than the time that is looked at")
         stride = math.ceil(apart / size * (1 - 1e-9))
         size = apart / stride
-    looks = int(span / (stride * size) * (1 + 1e-9))
+    looks = int(length / (stride * size) * (1 + 1e-9))
     before_steps = math.ceil(before / (stride * size) * (1 - 1e-9)) * stride
     return Course(q, v, phase, size, stride, before_steps, looks, found)
 

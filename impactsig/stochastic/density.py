@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._showing import Shown
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from .._showing import Shown, drawn_by
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +65,7 @@ class Density(Shown):
         """Centres of the cells."""
         return (self.edges[1:] + self.edges[:-1]) / 2
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the density with its band; see `impactsig.plot.density`."""
-        from ..plot import density
-
-        return density(self, ax=ax)
+    plot = drawn_by("density", "the density with its band")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +102,7 @@ class JointDensity(Shown):
     standard_error: np.ndarray = field(repr=False)
     outside: float
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the density as a map; see `impactsig.plot.joint_density`."""
-        from ..plot import joint_density
-
-        return joint_density(self, ax=ax)
+    plot = drawn_by("joint_density", "the density as a map")
 
 
 def shares(

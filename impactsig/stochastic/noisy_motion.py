@@ -9,25 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import Seed, reals, whole
-from .._showing import Shown
+from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import strobe_times
+from ..simulate.moved import Moved
 from ._arguments import TURN, course
 from .paths.running import Method, Mover, key_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..simulate.spectrum import PowerSpectrum
+    pass
 
 BATCH = 4096  # looks between two visits of the kernel
 ROOM = 1 << 16  # impacts that a visit has room for
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NoisyMotion(Shown):
+class NoisyMotion(Moved):
     """One simulated path of an oscillator under noise, sampled at equal intervals.
 
     Attributes
@@ -72,11 +71,6 @@ class NoisyMotion(Shown):
     final: tuple[float, float, float]
     status: str
     _phase: float = field(repr=False)
-
-    @property
-    def stop(self) -> float:
-        """End of the span [s]."""
-        return self.start + self.duration
 
     def sample(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at the sampled instants.
@@ -125,17 +119,7 @@ class NoisyMotion(Shown):
         first, last = self.time[[0, -1]] if len(self.time) else (self.start, self.start)
         return self.sample(strobe_times(self, phase, omega, first, last)[: len(self.time)])
 
-    def power_spectrum(self, quantity: str | None = None, *, segments: int = 8) -> PowerSpectrum:
-        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
-        from ..simulate.spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, segments=segments)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw displacement over time with the impacts; see `impactsig.plot.noisy_motion`."""
-        from ..plot import noisy_motion
-
-        return noisy_motion(self, ax=ax)
+    plot = drawn_by("noisy_motion", "displacement over time with the impacts")
 
     def __repr__(self) -> str:
         unit = " s" if self.system.in_seconds else ""

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._arguments import path
 from .._extras import library
-from .._showing import Shown
+from .._showing import Shown, figures
 from ..errors import InvalidInput
 from ._store import EXTRA, Store
 
@@ -113,9 +113,8 @@ class Study(Shown):
 
     def plot(self, observable: str | None = None, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw an observable over one or two parameters; see `impactsig.plot.parameter_study`."""
-        from .. import plot
-
-        return plot.parameter_study(self, observable, ax, **options)
+        axes: Axes = figures("parameter_study")(self, observable, ax, **options)
+        return axes
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name}: {len(values)}" for name, values in self.parameters.items())

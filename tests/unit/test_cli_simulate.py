@@ -251,8 +251,8 @@ def test_every_scene_is_a_choice(name):
         (["karpodinis", "--periods=0"], 1, ["periods"]),
         (["karpodinis", "--periods=1", "--duration=1"], 1, ["periods, duration"]),
         (["karpodinis", "--initial", "2", "0"], 1, ["initial", "stop"]),
-        (["karpodinis", "--restitution=2"], 1, ["restitution", ">= 0 and <= 1"]),
-        (["karpodinis", "--damping-ratio=-1"], 1, ["damping_ratio", ">= 0"]),
+        (["karpodinis", "--restitution=2"], 1, ["restitution", "from 0 to 1"]),
+        (["karpodinis", "--damping-ratio=-1"], 1, ["damping_ratio", "0 or greater"]),
         (
             ["begley_virgin", "--gamma=1", "--friction=0", "--sigma", "-1", "0", "1"],
             1,

@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from impactsig.stochastic.paths._random import (
+    FORCE,
     draw,
     draw_all,
     draw_coins,
@@ -113,7 +114,7 @@ def test_numbers_of_many_paths_are_those_of_each(lanes):
     key, paths = np.array([3, 0xFFFFFFFF], np.uint32), np.arange(lanes, dtype=np.uint32) + 7
     many, z = np.empty((64, lanes)), np.empty(64)
     for block in (0, 5, 2**27 + 5):  # 32 counters a block: 2^32 of them later
-        draw_all(room(64 * lanes), key, paths, block, many)
+        draw_all(room(64 * lanes), key, paths, block, FORCE, many)
         for lane in range(lanes):
             draw(room(64), key, paths[lane], block, z)
             np.testing.assert_array_equal(many[:, lane], z)

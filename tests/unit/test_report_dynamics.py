@@ -3,6 +3,7 @@
 import html
 import re
 import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,13 +126,12 @@ def test_a_quasi_periodic_train_is_not_called_chaos():
 
 
 def test_what_takes_seconds_is_not_done_unasked(monkeypatch):
-    from impactsig import reconstruct
-
     def refuse(*_, **__):
         raise AssertionError("nobody asked for this")
 
     for name in ("correlation_dimension", "surrogate_test", "lyapunov_exponent"):
-        monkeypatch.setattr(reconstruct, name, refuse)
+        home = sys.modules[getattr(impactsig, name).__module__]
+        monkeypatch.setattr(home, name, refuse)
     found = read(train(logistic(300)), asked=False)
     assert found.left_out
     assert found.without == {}
@@ -166,12 +166,10 @@ def test_too_few_intervals_say_what_it_takes(count, chaotic):
 
 @pytest.mark.usefixtures("without_figures")
 def test_one_failing_part_takes_no_other_with_it(monkeypatch, chaotic, tmp_path):
-    from impactsig import reconstruct
-
     def fail(*_, **__):
         raise ZeroDivisionError("at the worst moment")
 
-    monkeypatch.setattr(reconstruct, "lyapunov_exponent", fail)
+    monkeypatch.setattr("impactsig.reconstruct.divergence.exponents.lyapunov_exponent", fail)
     with pytest.warns(ImpactsigWarning, match="exponent: it failed with ZeroDivisionError"):
         result = of(chaotic, chaotic.impacts)
     found = result.dynamics

@@ -23,7 +23,8 @@ from ...simulate.basis.tableau import DEGREE
 from ...simulate.exact.passing import pass_time, set_clock, time_until
 from ...simulate.flows.flow_steps import Field, finish, rates_at, stride, take
 from ...simulate.stepping.step import expand
-from ._force import bound, feed
+from ._force import feed
+from ._roots import bound
 from ._rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit, turn_back
 
 COORDINATES = DISPLACEMENT  # the first of their courses
@@ -74,7 +75,7 @@ def run(
         begin_row(line, count, clock, step)
         finish(tab, own, False, s, t, step, y)
         write(fb, line, past, room, region, tab, s, count, step, y, field.size)
-        share, side, wrong = bound(fb, room, region, edge)
+        share, side, wrong = bound(fb, room, None, region, edge)
         if wrong and not turned:
             turn_back(line, count, region, edge)
             turned = True

@@ -6,7 +6,7 @@ later again, so that no polynomial ever reaches across such a place.
 
 from __future__ import annotations
 
-from ..._compiled import inner, kernel
+from ..._compiled import inlined, inner, kernel
 from ...simulate.basis.delay import course_at
 from ...simulate.basis.events import LENGTH, PHASE, TURN, TURNS
 from ...simulate.basis.tableau import DEGREE
@@ -14,10 +14,19 @@ from ...simulate.basis.tableau import DEGREE
 
 @inner
 def cut(c, share):
-    """Restrict the polynomial to the first share of its step."""
+    """Restrict a polynomial in Bernstein form to the first share of its step."""
     for n in range(1, DEGREE + 1):
         for i in range(DEGREE, n - 1, -1):
             c[i] = c[i - 1] + share * (c[i] - c[i - 1])
+
+
+@inlined
+def scale(c, share):
+    """Reparametrise a polynomial in powers to the first share of its step."""
+    power = 1.0
+    for n in range(1, len(c)):
+        power *= share
+        c[n] *= power
 
 
 @kernel

@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 
 from ..._compiled import inner
-from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Past, read
+from ...simulate.basis.delay import Past, read
 from ...simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
-from ...simulate.basis.tableau import DEGREE
-from ._force import feed
-from ._line import cut, since
+from ._line import cut, scale, since
 
 # Counters after those of `simulate._events`: rows of the delay line; the row that what is fed
 # back now comes from; the first row of the phase; delays for which the beginning of the next row
@@ -81,22 +79,15 @@ def begin_row(line, count, clock, h):
 
 
 @inner
-def rest_row(feedback, line, past, room, region, count, clock, h, x):
-    """Write a row of length h in which the mass is at rest."""
-    begin_row(line, count, clock, h)
-    course = line.course[count[ROWS] - 1]
-    for n in range(DEGREE + 1):
-        course[DISPLACEMENT, n], course[VELOCITY, n] = x, 0.0
-    feed(feedback, line, past, room, region, h, course)
-
-
-@inner
 def end_row(line, count, share):
     """Cut the row to its first share."""
     course = line.course[count[ROWS] - 1]
     for m in range(len(course)):
-        cut(course[m], share)
-    line.when[count[ROWS] - 1, 2] *= share
+        if line.powers is None:
+            cut(course[m], share)
+        else:
+            scale(course[m], share)
+    line.when[count[ROWS] - 1, LENGTH] *= share
 
 
 @inner

@@ -1,16 +1,15 @@
 """Kernel for an oscillator under delayed feedback, from event to event.
 
-As `simulate._stepping`, by the same steps, contacts and rows of events, with the control force
+As `simulate.stepping.stepping`, by the same contacts and rows of events, with the control force
 among what acts. Beside the events of the oscillator a step ends where the rows of the delay line
-do: see `_rows`.
+do: see `_rows`. Steps are of the Runge-Kutta method or power series: see `_steps`.
 """
 
 from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
-from ...simulate.basis.delay import DISPLACEMENT, VELOCITY
+from ..._compiled import kernel
 from ...simulate.basis.events import (
     APPROACH,
     BROKEN,
@@ -29,7 +28,6 @@ from ...simulate.basis.events import (
     RELEASE,
     ROW_COUNT,
     SPEED,
-    STEP,
     STUCK,
     TURN,
     TURNS,
@@ -37,60 +35,45 @@ from ...simulate.basis.events import (
     V,
 )
 from ...simulate.basis.laws import PLACE
-from ...simulate.basis.tableau import DEGREE
 from ...simulate.exact.passing import pass_time, set_clock, time_until
 from ...simulate.stepping.contact import hold, note, slide, touched
 from ...simulate.stepping.crossing import (
     OF_STOP,
-    ZEROS,
     begin_events,
-    event_root,
-    polish,
 )
 from ...simulate.stepping.rates import open_leg, origin, pull
 from ...simulate.stepping.rest import departure, holding, rigid_at, unstick
-from ...simulate.stepping.step import interpolate, stride, take
 from ...simulate.stepping.stepping import inside
-from ._force import bound, feed, signal_of
+from ._force import signal_of
+from ._roots import bound, event_share
 from ._rows import (
     EDGE,
     LAPS,
     REACHED,
     REGION,
     ROWS,
-    begin_row,
     cross_limit,
-    end_row,
     recall,
-    rest_row,
     side_of_limit,
     turn_back,
 )
 from ._settling import settle, under
+from ._steps import end_step, rest_row, step_row
 
 ROOM = 4  # rows that one pass may write
 
 
-@inner
-def write(feedback, line, past, room, region, s, leg, count, h, y, v):
-    """Store the polynomials of the last step; `s.q`, `s.v` hold its increments."""
-    course = line.course[count[ROWS] - 1]
-    for n in range(DEGREE + 1):
-        course[DISPLACEMENT, n] = y + s.q[n] + leg.origin
-        course[VELOCITY, n] = v + s.v[n]
-    feed(feedback, line, past, room, region, h, course)
-
-
 @kernel
 def run(
-    p, tab, f, s, fb, line, room, laps, clock, state, count, events, end_turns, end_phase, most
-):
+    p, tab, f, s, fb, line, room, series, laps, clock, state, count, events, end_turns, end_phase,
+    most,
+):  # fmt: skip
     """Advance to the end phase, writing events and the delay line; call again when they are full.
 
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.
     """
-    # A long body, for the reason that `simulate._stepping.run` gives.
+    # A long body, for the reason that `simulate.stepping.stepping.run` gives.
     spent = 0
     count[ROW_COUNT] = 0
     turned = False
@@ -132,8 +115,8 @@ def run(
                 if way == 2:
                     return BROKEN
                 if tau > 0:
-                    rest_row(fb, line, past, room, region, count, clock, tau, x)
-                    share, side, wrong = bound(fb, room, region, edge)
+                    rest_row(fb, line, past, room, series, region, count, clock, tau, x)
+                    share, side, wrong = bound(fb, room, series, region, edge)
                     if wrong and not turned:
                         turn_back(line, count, region, edge)
                         turned = True
@@ -178,40 +161,28 @@ def run(
             return BROKEN if p.forced else DIVERGED
         number, due = begin_events(p, acting, leg, s, count[MODE], y, v, a, balanced)
         if due < 0:
-            step, dq, dv, wish, tries = stride(
-                p, tab, acting, leg, s, state[STEP], ahead, y, v, a, state[SPEED]
-            )
+            step, dq, dv, wish, tries = step_row(
+                p, tab, acting, leg, s, fb, line, past, room, series, region, clock, state, count,
+                ahead, y, v, a,
+            )  # fmt: skip
             spent += tries - 1
             count[LEG_COUNT] += tries - 1
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
-            begin_row(line, count, clock, step)
-            interpolate(tab, acting, leg, s, step, y, v, dq, dv)
-            write(fb, line, past, room, region, s, leg, count, step, y, v)
-            share, side, wrong = bound(fb, room, region, edge)
+            share, side, wrong = bound(fb, room, series, region, edge)
             if wrong and not turned:
                 turn_back(line, count, region, edge)
                 turned = True
                 continue
             turned = False
             for i in range(number):
-                at = event_root(s, s.events[i], int(s.events[i, ZEROS]))
+                at = event_share(s, series, s.events[i])
                 if at < min(share, 1.5):
                     due, share = i, at
-            h = step
-            if due >= 0:
-                h, dq, dv = polish(
-                    p, tab, acting, leg, s, s.events[due], share * step, step, y, v, a
-                )
-                if h < step:
-                    end_row(line, count, h / step)
-                    line.when[count[ROWS] - 1, 2] = h
-            elif share < 1.0 and side != 0:
-                h = share * step
-                dq, dv = take(p.fixed, tab, acting, leg, s, h, y, v, a)
-                cross_limit(line, laps, count, share, region, side)
-            else:
-                state[STEP] = wish
+            h, dq, dv = end_step(
+                p, tab, acting, leg, s, line, series, laps, state, count, region, side, due, share,
+                step, wish, dq, dv, y, v, a,
+            )  # fmt: skip
             state[Q], state[V] = y + dq, v + dv
             if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
                 state[LOST] += p.kinetic * abs(dq)
@@ -231,7 +202,7 @@ def run(
         if left > 0:
             # What is left of a limit that is crossed within is not worth another row.
             k = int(s.events[due, OF_STOP])
-            rest_row(fb, line, past, room, region, count, clock, left, p.stops[k, PLACE])
+            rest_row(fb, line, past, room, series, region, count, clock, left, p.stops[k, PLACE])
             pass_time(clock, left)
             count[LAPS] = laps[0]
             hold(p, clock, state, count, events, k)

@@ -16,13 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import inlined
-from ...simulate.basis.delay import (
-    DISPLACEMENT,
-    FORCE,
-    SIGNAL,
-    VELOCITY,
-)
+from ...simulate.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
 from ...simulate.basis.events import LENGTH
+from ._line import scale
 from ._rows import REACHED
 from .series import FIT, ORDER, REACH
 
@@ -99,15 +95,6 @@ def part(room, c, start, length, out):
                 out[n] += start * out[n + 1]
     if length != 1.0:
         scale(out, length)
-
-
-@inlined
-def scale(c, share):
-    """Reparametrise a polynomial to the first share of its step."""
-    power = 1.0
-    for n in range(1, len(c)):
-        power *= share
-        c[n] *= power
 
 
 @inlined

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,7 +44,65 @@ TOLERANCE = 1e-12  # of the method, unless told otherwise
 ORDER = 8  # of the method: what is smoother than that it takes no notice of
 
 
-class DelayedRun:
+class LineRun(ABC):
+    """Part of a run under delayed feedback: its delay line, and the phases of a schedule."""
+
+    line: Line
+    count: np.ndarray
+    clock: np.ndarray
+    status: str
+
+    @abstractmethod
+    def new_line(self, rows: int) -> Line:
+        """Allocate a delay line."""
+
+    @abstractmethod
+    def to(self, until: float, feedback: Any) -> None:
+        """Advance to a time with a feedback, or None, that begins now."""
+
+    def through(self, phases: tuple[Phase, ...], length: float) -> None:
+        """Run through the phases of a schedule."""
+        starts = [start for start, _ in phases]
+        if starts[0] > 0:
+            self.to(starts[0], None)
+        for (_, feedback), end in zip(phases, [*starts[1:], length], strict=True):
+            self.to(end, feedback)
+
+    def begin(self, fb: Feedback, laps: np.ndarray) -> None:
+        """Begin a feedback: nothing is smooth here, and what is fed back comes from elsewhere."""
+        from ._line import locate
+        from ._rows import AT, EDGE, FIRST, LAPS
+
+        count = self.count
+        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
+        count[FIRST] = self.number
+        turns, phase = self.clock[TURNS] - fb.turns, self.clock[PHASE] - fb.phase
+        count[AT] = locate(self.line, self.number, turns, phase)
+
+    def lengthen(self) -> None:
+        """Double the size of the delay line."""
+        number, longer = self.number, self.new_line(2 * self.number)
+        longer.when[:number] = self.line.when[:number]
+        longer.course[:number] = self.line.course[:number]
+        longer.laps[:number] = self.line.laps[:number]
+        self.line = longer
+
+    def written(self) -> Line:
+        """The rows of the delay line that are written."""
+        line, number = self.line, self.number
+        return line._replace(
+            when=line.when[:number], course=line.course[:number], laps=line.laps[:number]
+        )
+
+    @property
+    def number(self) -> int:
+        """Number of rows of the delay line."""
+        from ._rows import ROWS as NUMBER
+
+        return int(self.count[NUMBER])
+
+
+class DelayedRun(LineRun):
     """A run from t = 0 through the phases of a schedule.
 
     Parameters
@@ -80,38 +138,35 @@ class DelayedRun:
         self.clock = np.array([0.0, phase, 0.0])
         self._laps = np.max([self._laps_of(own) for own in feedbacks], axis=0)
         self.first = row_of(START, self.clock, self.state, count)
-        self.line = self._new_line(rows)
-        self._room: Any = series_room() if self._by_series else new_room()
+        self.line = self.new_line(rows)
+        self._room = None if self._by_series else new_room()
+        self._series = series_room() if self._by_series else None
         self.rows: list[np.ndarray] = []
         self.status = "complete"
         self._buffer = np.empty((CHUNK, COLUMNS))
 
     def to(self, until: float, feedback: Any) -> None:
         """Advance to `until` forcing periods with a feedback that begins now."""
-        from ._line import locate
-        from ._rows import AT, EDGE, FIRST, LAPS
-        from ._rows import ROWS as NUMBER
+        from ._run import run
 
         if self.status != "complete":
             return
         fb, laps = self.feedback(feedback), self._laps
         count, clock = self.count, self.clock
-        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
-        count[FIRST] = count[NUMBER]
-        count[AT] = locate(
-            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
-        )
+        self.begin(fb, laps)
         end = after(self.phase, until)
         legs = int(work(end[0] - clock[TURNS]))
-        run = self._kernel()
+        engine = self.engine
+        tableau = None if self._by_series else engine._tableau
 
         def on(left: int) -> int:
             found = run(
-                fb, self.line, self._room, laps, clock, self.state, count, self._buffer, *end, left
-            )
+                engine._problem, tableau, engine._functions, engine._scratch, fb, self.line,
+                self._room, self._series, laps, clock, self.state, count, self._buffer, *end, left,
+            )  # fmt: skip
             if found != LINE_FULL:
                 return found
-            self._more_line()
+            self.lengthen()
             return FULL
 
         found, rows = run_on(on, count, self._buffer, legs)
@@ -140,49 +195,24 @@ class DelayedRun:
             memory=feedback.memory,
         )
 
-    def _kernel(self) -> Any:
-        """The kernel with all arguments but those of the oscillator."""
-        engine = self.engine
-        if self._by_series:
-            from ._series_run import run as by_series
-
-            return partial(by_series, engine._problem, engine._functions, engine._scratch)
-        from ._run import run
-
-        return partial(run, engine._problem, engine._tableau, engine._functions, engine._scratch)
-
     def _laps_of(self, feedback: DelayedFeedback | None) -> np.ndarray:
         """`laps_of` for the kernel in use."""
         if not self._by_series or feedback is None:
             return laps_of(feedback)
         return series_laps(self.feedback(feedback))
 
-    def _new_line(self, rows: int) -> Line:
+    def new_line(self, rows: int) -> Line:
         """Allocate a delay line."""
         return new_line(rows, 2, SERIES if self._by_series else None)
 
-    def _more_line(self) -> None:
-        """Double the size of the delay line."""
-        longer = self._new_line(2 * self.number)
-        keep_rows(self.line, longer, self.number)
-        self.line = longer
-
     def motion(self) -> tuple[Motion, DelayLine]:
         """The motion from t = 0 to the present, with its delay line."""
-        number = self.number
-        line: Any = DelayLine(self.engine, first_rows(self.line, number))
+        line: Any = DelayLine(self.engine, self.written())
         rows = np.concatenate([[self.first], *self.rows])
         return assemble(
             self.oscillator, line, self.phase, self.first, rows, self.clock, self.state,
             self.count, self.status,
         ), line  # fmt: skip
-
-    @property
-    def number(self) -> int:
-        """Number of rows of the delay line."""
-        from ._rows import ROWS as NUMBER
-
-        return int(self.count[NUMBER])
 
 
 def run_delayed(
@@ -200,11 +230,7 @@ def run_delayed(
             check_signal(own)
     rows = max(ROWS, int(min(PER_PERIOD * length, MOST_ROWS)))
     going = DelayedRun(oscillator, [own for _, own in phases], **options, rows=rows)
-    ends = [start for start, _ in phases[1:]] + [length]
-    if phases[0][0] > 0:
-        going.to(phases[0][0], None)
-    for (_, feedback), end in zip(phases, ends, strict=True):
-        going.to(end, feedback)
+    going.through(phases, length)
     return going.motion()
 
 
@@ -233,20 +259,6 @@ def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
         np.zeros(rows, np.int64),
         None if degree is None else True,
     )
-
-
-def first_rows(line: Line, number: int) -> Line:
-    """The first rows of the delay line."""
-    return line._replace(
-        when=line.when[:number], course=line.course[:number], laps=line.laps[:number]
-    )
-
-
-def keep_rows(line: Line, longer: Line, number: int) -> None:
-    """Copy rows to a larger delay line."""
-    longer.when[:number] = line.when[:number]
-    longer.course[:number] = line.course[:number]
-    longer.laps[:number] = line.laps[:number]
 
 
 def new_room() -> Room:

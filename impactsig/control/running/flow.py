@@ -10,21 +10,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ..._arguments import times_within
-from ..._showing import Shown
+from ..._showing import drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
 from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
 from ...simulate.basis.tableau import tableau
 from ...simulate.flows.course import STEPS, Running, coordinate_of
+from ...simulate.moved import Moved
 from ..feedback import DelayedFeedback
-from .delayed import ROWS, first_rows, keep_rows, laps_of, new_line, new_room
+from .delayed import ROWS, LineRun, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ...simulate.basis.delay import Feedback, Line
-    from ...simulate.spectrum import PowerSpectrum
 
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
@@ -71,7 +69,7 @@ class KeptLine(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledFlowMotion(Shown):
+class ControlledFlowMotion(Moved):
     """The simulated trajectory of a controlled flow.
 
     Attributes
@@ -114,11 +112,6 @@ class ControlledFlowMotion(Shown):
 
     start: ClassVar[float] = 0.0
 
-    @property
-    def stop(self) -> float:
-        """End of the span."""
-        return self.duration
-
     def sample(self, time: Any) -> np.ndarray:
         """States at any times of the span, shape of `time` and (d,).
 
@@ -143,17 +136,7 @@ class ControlledFlowMotion(Shown):
         time = times_within(time, 0.0, self.duration)
         return self._kept.force(time.ravel()).reshape(time.shape)
 
-    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
-        from ...simulate.spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
-
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the fed-back coordinate over time; see `impactsig.plot.controlled_flow`."""
-        from ... import plot
-
-        return plot.controlled_flow(self, ax, **options)
+    plot = drawn_by("controlled_flow", "the fed-back coordinate over time")
 
     def __repr__(self) -> str:
         told = "" if self.status == "complete" else f"; {self.status}"
@@ -182,28 +165,27 @@ def control_flow(
     initial: Sequence[float] | None,
 ) -> ControlledFlowMotion:
     """Simulate a flow under a schedule of delayed feedbacks."""
-    going = _Going(flow, initial)
-    fed = [going.feedback(own) for _, own in phases]
-    laps = np.max([laps_of(own) for _, own in phases], axis=0)
-    ends = [start for start, _ in phases[1:]] + [length]
-    if phases[0][0] > 0:
-        going.to(phases[0][0], going.feedback(None), laps)
-    for own, end in zip(fed, ends, strict=True):
-        going.to(end, own, laps)
+    going = _Going(flow, [own for _, own in phases], initial)
+    going.through(phases, length)
     return going.trajectory(phases)
 
 
-class _Going(Running):
+class _Going(LineRun, Running):
     """A flow in progress, with its delay line."""
 
-    def __init__(self, flow: Flow, initial: Sequence[float] | None) -> None:
+    def __init__(
+        self, flow: Flow, feedbacks: Sequence[Any], initial: Sequence[float] | None
+    ) -> None:
         from ._rows import COUNTS
 
         super().__init__(flow, None, initial)
         self.system = flow
+        for own in feedbacks:
+            self.feedback(own)  # one that is not of this flow is refused, however late it begins
+        self._laps = np.max([laps_of(own) for own in feedbacks], axis=0)
         self.clock, self.greatest = np.zeros(3), np.zeros(1)
         self.count = np.zeros(COUNTS, np.int64)
-        self.line = new_line(ROWS, flow.dimension)
+        self.line = self.new_line(ROWS)
         self.room = new_room()
         self.status = "complete"
 
@@ -226,34 +208,29 @@ class _Going(Running):
             memory=own.memory,
         )
 
-    def to(self, until: float, fb: Feedback, laps: np.ndarray) -> None:
+    def new_line(self, rows: int) -> Line:
+        """Allocate a delay line of the coordinates."""
+        return new_line(rows, self.system.dimension)
+
+    def to(self, until: float, feedback: DelayedFeedback | None) -> None:
         """Advance to a time with a feedback that begins now."""
         from ._flow_run import run
-        from ._line import locate
-        from ._rows import AT, EDGE, FIRST, LAPS
-        from ._rows import ROWS as NUMBER
 
         if self.status != "complete":
             return
-        count, clock = self.count, self.clock
-        count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
-        count[FIRST] = count[NUMBER]
-        count[AT] = locate(
-            self.line, count[NUMBER], clock[TURNS] - fb.turns, clock[PHASE] - fb.phase
-        )
+        fb = self.feedback(feedback)
+        self.begin(fb, self._laps)
         turns = math.floor(until / TURN)
         most = AT_LEAST + PER_TIME * until
         for _ in range(1 + int(most / STEPS)):
             found = run(
-                tableau(), self.field, self.scratch, self.course, fb, self.line, self.room, laps,
-                clock, count, self.greatest, float(turns), until - turns * TURN, STEPS,
+                tableau(), self.field, self.scratch, self.course, fb, self.line, self.room,
+                self._laps, self.clock, self.count, self.greatest, float(turns),
+                until - turns * TURN, STEPS,
             )  # fmt: skip
             status = "" if found == LINE_FULL else STATUS[found]
             if found == LINE_FULL:
-                number = int(count[NUMBER])
-                longer = new_line(2 * number, self.system.dimension)
-                keep_rows(self.line, longer, number)
-                self.line = longer
+                self.lengthen()
             elif status != "work limit":
                 self.status = status
                 return
@@ -261,14 +238,11 @@ class _Going(Running):
 
     def trajectory(self, phases: Any) -> ControlledFlowMotion:
         """The result."""
-        from ._rows import ROWS as NUMBER
-
-        number = int(self.count[NUMBER])
         return ControlledFlowMotion(
             self.system,
             float(self.clock[TURNS] * TURN + self.clock[PHASE]),
             phases,
             self.course.state[: self.system.dimension].copy(),
             self.status,
-            KeptLine(first_rows(self.line, number), self.system.dimension, self.status),
+            KeptLine(self.written(), self.system.dimension, self.status),
         )

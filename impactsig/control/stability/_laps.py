@@ -13,9 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._arguments import number
 from ...dynamics.tangents.tangent import TangentMap, tangent_map
-from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate import simulate
 from ..ogy import NUDGE, OGY
@@ -94,21 +92,3 @@ def _shift(
             return np.asarray((8 * (nearer - near) - (farther - far)) / (6 * h))
         h /= 10
     return None
-
-
-def whole_length(oscillator: Oscillator, periods: Any, duration: Any) -> float:
-    """Number of forcing periods asked for.
-
-    Raises
-    ------
-    InvalidInput
-        If not one of them is given, and positive.
-    """
-    if (periods is None) == (duration is None):
-        raise InvalidInput(
-            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
-        )
-    if periods is not None:
-        return number("periods", periods, above=0)
-    assert oscillator.forcing_period is not None  # by Controlled
-    return number("duration", duration, above=0) / oscillator.forcing_period

@@ -7,22 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import number, refuse
 from ...dynamics.periodic.orbits import orbit_of
 from ...dynamics.periodic.shooting import OscillatorShooting
-from ...dynamics.tangents.growth import BATCHES
+from ...dynamics.tangents.growth import steps_of
 from ...dynamics.tangents.lyapunov import GONE, LyapunovSpectrum, spectrum_from
-from ...dynamics.tangents.tangent import TangentMap
+from ...dynamics.tangents.tangent import TangentMap, map_from, multiplied
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate import simulate
-from ...simulate.run import LONGEST
+from ...simulate.run import count_of_periods
 from ..controlling import Controlled, section_of
 from ..feedback import DelayedFeedback
 from ..intervals import IntervalFeedback
 from ..ogy import OGY
 from ..schedule import schedule
-from ._laps import laps, whole_length
+from ._laps import laps
 from .stability import MULTIPLIERS, orbit_stability
 
 DELAYED = (
@@ -41,24 +41,17 @@ def tangent_of(
 ) -> TangentMap:  # fmt: skip
     """Tangent map of an oscillator under OGY control."""
     oscillator = _nudged(controlled)
-    if transient:
-        raise InvalidInput("transient", transient, "no transient", "Give initial=")
-    length = number("periods", whole_length(oscillator, periods, duration), most=LONGEST)
+    refuse("of a tangent map", "Give initial=", transient=transient or None)
+    length = count_of_periods(oscillator, periods, duration)
     phases = schedule(controlled.controller, controlled.start, math.inf)
     options |= {"phase": _section(controlled, phase), "method": method}
     scaled, scale, impacts, collapses, grazings = np.eye(2), 0.0, 0, 0, 0
     for lap in laps(oscillator, phases, length, initial, **options):
-        scaled = lap.matrix @ scaled
-        size = float(np.abs(scaled).max()) or 1.0
-        scaled, scale = scaled / size, scale + math.log(size)
+        scaled, scale = multiplied(lap.matrix, scaled, scale)
         impacts, collapses = impacts + lap.here.impacts, collapses + lap.here.collapses
         grazings += lap.here.grazings + lap.grazed
-    with np.errstate(over="ignore", under="ignore"):
-        matrix = scaled * np.exp(scale)
-    return TangentMap(
-        matrix, scaled, scale, math.nan, impacts, collapses, grazings, lap.here.final,
-        lap.here.status,
-    )  # fmt: skip
+    here = lap.here
+    return map_from(scaled, scale, math.nan, here, impacts, collapses, grazings, here.status)
 
 
 def spectrum_of(
@@ -67,8 +60,7 @@ def spectrum_of(
 ) -> LyapunovSpectrum:  # fmt: skip
     """Lyapunov exponents of the section map under OGY control."""
     oscillator = _nudged(controlled)
-    length = math.ceil(whole_length(oscillator, periods, duration) - 1e-9)
-    number("periods", length, most=LONGEST)
+    length = math.ceil(count_of_periods(oscillator, periods, duration) - 1e-9)
     before = length / 10
     if transient is not None:
         unit = 1.0 if periods is not None else oscillator.forcing_period or 1.0
@@ -96,8 +88,7 @@ def spectrum_of(
             divergence += float(np.log(abs(lap.determinant)))
         impacts, grazings = impacts + lap.here.impacts, grazings + lap.here.grazings + lap.grazed
     grown = np.cumsum(growth, axis=0)
-    edges = np.unique(len(grown[1:]) * np.arange(1, BATCHES + 1) // BATCHES)
-    edges = edges[edges > 0]
+    edges = steps_of(len(grown) - 1)
     unit = 2 * math.pi / controlled.angular_forcing_frequency
     when = np.array(collapsed, float).reshape(-1, 2)
     return spectrum_from(

@@ -13,7 +13,7 @@ from ...simulate import RungeKutta, simulate
 from ...simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TOUCH, TURN, TURNS
 from ...simulate.exact.exact import piecewise_linear
 from .._differences import slopes
-from ..ogy import moved
+from ..ogy import check_parameter, moved
 
 STEP = 1e-4  # relative, of difference quotients
 BEFORE = 0.05  # of the interval before an impact: how long before it neighbours start
@@ -62,20 +62,6 @@ def impact_maps_of(orbit: PeriodicOrbit, parameter: Any) -> tuple[list[SpikeMap]
         for k in range(orbit.impacts)
     ]  # fmt: skip
     return maps, np.diff(hits[1 : orbit.impacts + 2, 0])
-
-
-def check_parameter(machine: Oscillator, parameter: Any) -> None:
-    """Refuse a parameter that the oscillator does not have.
-
-    Raises
-    ------
-    InvalidInput
-        If it is the number of one of a flow, or the amplitude where no force is.
-    """
-    if not isinstance(parameter, str):
-        raise InvalidInput("parameter", parameter, '"amplitude" or "load" of an oscillator')
-    if parameter == "amplitude" and not machine.forces:
-        raise InvalidInput("parameter", "amplitude", '"load", where it is the base that forces')
 
 
 def largest_force(machine: Oscillator) -> float:

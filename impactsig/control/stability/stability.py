@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._arguments import whole
+from ..._arguments import instance, whole
 from ..._showing import Shown
 from ...dynamics.arguments import parameter_values
 from ...dynamics.periodic.collocation import NODES
@@ -175,11 +175,8 @@ def orbit_stability(
         raise InvalidInput("orbit", orbit, "an orbit that was found")
     if isinstance(feedback, IntervalFeedback):
         return _of_intervals(orbit, feedback)
-    if not isinstance(feedback, DelayedFeedback):
-        raise InvalidInput(
-            "feedback", feedback, "a DelayedFeedback or an IntervalFeedback",
-            "OGY.multipliers has those under OGY",
-        )  # fmt: skip
+    kinds = "a DelayedFeedback or an IntervalFeedback"
+    instance("feedback", feedback, DelayedFeedback, kinds, "OGY.multipliers has those under OGY")
     laps = whole("laps", laps, 40)
     variation = _variation(orbit, feedback)
     if variation.forgets:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import Seed, number, reals, streams, whole
+from ..._arguments import Seed, instance, number, reals, streams, whole
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import KelvinVoigt
@@ -210,8 +210,7 @@ def equivalence_error(
     >>> stiff.value < soft.value
     True
     """
-    if not isinstance(stop, KelvinVoigt):
-        raise InvalidInput("stop", stop, "KelvinVoigt(...)")
+    instance("stop", stop, KelvinVoigt, "KelvinVoigt(...)")
     if stop.ends != "gap":
         raise InvalidInput("stop", stop, 'a stop with ends="gap"')
     restitution = number("restitution", restitution, least=0.0, most=1.0)
@@ -344,8 +343,7 @@ def fit_soft_stop(
 def _samples(given: ContactSamples | None) -> ContactSamples:
     if given is None:
         return ContactSamples.draw(seed=0)
-    if not isinstance(given, ContactSamples):
-        raise InvalidInput("samples", given, "ContactSamples(...), or nothing")
+    instance("samples", given, ContactSamples, "ContactSamples(...), or nothing")
     return given
 
 

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import function, number, reals, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate import simulate_many
 from ..arguments import parameter_names, parameter_values
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 TOGETHER = 256  # motions that are kept at a time
 
@@ -107,11 +104,7 @@ class MatchRate(Shown):
     failed: int
     names: tuple[str, ...] = field(default=("parameter", "second parameter"), repr=False)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the distance over the plane; see `impactsig.plot.match_rate`."""
-        from ...plot import match_rate
-
-        return match_rate(self, ax=ax)
+    plot = drawn_by("match_rate", "the distance over the plane")
 
 
 def match_rate(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import flag, number, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
@@ -21,9 +21,6 @@ from ._basins_of_starts import ends
 from ._flow_sections import checked_section
 from ._settling import ground
 from ._survey import OPEN, Survey
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 FOR_GPU = "for a GPU, an oscillator that is linear between events"
 RECHECKED = 256  # starts that are followed without being caught, scouts among them
@@ -114,11 +111,7 @@ class Basins(Shown):
     rechecked: int
     differing: int
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the basins; see `impactsig.plot.basins`."""
-        from ...plot import basins
-
-        return basins(self, ax=ax)
+    plot = drawn_by("basins", "the basins")
 
 
 def basins_of_attraction(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
@@ -24,9 +24,6 @@ from ._cells import follow_cells
 from ._flow_sections import Section, checked_section
 from ._settling import settle
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 TOGETHER = 4096  # cells that one call of the kernel follows
 STROBES = 1_000_000  # and how many strobes they may take, which are kept until it is done
@@ -88,11 +85,7 @@ class PeriodicityChart(Shown):
         found = np.where(self.periods == 1, found, HIGHER)
         return np.where(self.failed, FAILED, found)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the chart; see `impactsig.plot.periodicity_chart`."""
-        from ...plot import periodicity_chart
-
-        return periodicity_chart(self, ax=ax, **options)
+    plot = drawn_by("periodicity_chart", "the chart")
 
 
 def periodicity_chart(

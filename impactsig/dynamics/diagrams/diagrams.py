@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..._arguments import Seed, flag, function, number, streams, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator, Rigid
 from ...oscillators.flows import Flow
@@ -22,9 +22,6 @@ from ._flow_sections import Section, checked_section
 from ._settling import ground
 from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,11 +94,7 @@ class BifurcationDiagram(Shown):
         told = f"{len(self.values)} values, {closed} of them on closed orbits"
         return f"BifurcationDiagram({told}{f', {failed} failed' if failed else ''})"
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw one quantity over the parameter; see `impactsig.plot.bifurcation_diagram`."""
-        from ...plot import bifurcation_diagram
-
-        return bifurcation_diagram(self, ax=ax, **options)
+    plot = drawn_by("bifurcation_diagram", "one quantity over the parameter")
 
 
 class _Cell(NamedTuple):

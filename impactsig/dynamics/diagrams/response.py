@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import function, number, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...oscillators import Cantilever, Rigid
 from ...oscillators.flows import Flow
 from ...simulate.flows.course import coordinate_of
@@ -18,9 +18,6 @@ from ..arguments import parameter_names, parameter_values
 from ._flow_sections import checked_section
 from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SAMPLES = 256  # of a period of the first force, between which a turn is looked for
 WITHIN = 64  # of the interval that has one
@@ -71,11 +68,7 @@ class ResponseSpectrum(Shown):
         """Half of the difference of the extremes."""
         return (self.greatest - self.least) / 2
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw both extremes; see `impactsig.plot.response_spectrum`."""
-        from ...plot import response_spectrum
-
-        return response_spectrum(self, ax=ax)
+    plot = drawn_by("response_spectrum", "both extremes")
 
 
 def response_spectrum(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -347,14 +347,8 @@ def _ahead(points: list[_Point], ds: float) -> np.ndarray:
     # Distances must grow from point to point, or it is no curve that they lie on.
     if len(known) < 3 or np.any(np.diff(away) >= 0) or away[0] > 20 * ds + 1e-3:
         return last.place + ds * last.tangent
-    total = np.zeros(len(last.place))
-    for k, place in enumerate(known):
-        weight = 1.0
-        for j, other in enumerate(away):
-            if j != k:
-                weight *= (ds + other) / (other - away[k])
-        total += weight * place
-    return total
+    weights = _lagrange(-away, ds)
+    return np.asarray(sum(weight * place for weight, place in zip(weights, known, strict=True)))
 
 
 def _to_zero(points: list[_Point], values: list[float]) -> float:
@@ -363,11 +357,13 @@ def _to_zero(points: list[_Point], values: list[float]) -> float:
     for k in range(len(points) - 2, -1, -1):
         if len(chosen) < 3 and values[k] >= 2 * values[chosen[-1]]:
             chosen.append(k)
-    total = 0.0
-    for k in chosen:
-        weight = 1.0
-        for j in chosen:
-            if j != k:
-                weight *= -values[j] / (values[k] - values[j])
-        total += weight * points[k].parameter
-    return float(total)
+    weights = _lagrange([values[k] for k in chosen], 0.0)
+    return float(sum(w * points[k].parameter for w, k in zip(weights, chosen, strict=True)))
+
+
+def _lagrange(nodes: Sequence[float] | np.ndarray, at: float) -> list[float]:
+    """Weights of the values at the nodes in their interpolating polynomial at a place."""
+    return [
+        math.prod((at - other) / (node - other) for j, other in enumerate(nodes) if j != k)
+        for k, node in enumerate(nodes)
+    ]

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..._arguments import refuse
 from ...errors import InvalidInput
 from ...oscillators import Cantilever
 from ...simulate.beam.beam_arguments import initial_state
 from .shooting import Shooting, distinct
-
-GUESSES = 12
 
 
 class BeamShooting(Shooting):
@@ -21,14 +20,14 @@ class BeamShooting(Shooting):
 
     steps, halvings = 40, 12
     look = 300
+    tries = (12,)
 
     def __init__(
         self, beam: Cantilever, periods: int, phase: float, method: Any, tolerance: float
     ) -> None:
         if beam.forcing is None:
             raise InvalidInput("system", beam, "a Cantilever with forcing, to count its periods")
-        if method is not None:
-            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        refuse("for a Cantilever, which moves exactly", "", method=method)
         super().__init__(beam, periods, phase, tolerance)
         self.m = beam.modes
         self.omega = beam.forcing.angular_frequency
@@ -69,11 +68,11 @@ class BeamShooting(Shooting):
         except InvalidInput as error:
             raise InvalidInput("guess", guess, error.required) from None
 
-    def close_returns(self) -> Iterator[np.ndarray]:
+    def close_returns(self, count: int) -> Iterator[np.ndarray]:
         """Points of a long motion that nearly return, the closest first."""
         points = self.strobed()
         off = np.abs((points[self.periods :] - points[: -self.periods]) * self.unit).max(axis=1)
         size = float(np.abs(points * self.unit).max()) or 1.0
         yield from distinct(
-            points, off, GUESSES, lambda d: np.abs(d * self.unit).max(axis=1), 0.02 * size
+            points, off, count, lambda d: np.abs(d * self.unit).max(axis=1), 0.02 * size
         )

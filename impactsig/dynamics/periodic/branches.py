@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from ..._showing import Shown
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ..._showing import Shown, drawn_by
 
 Kind = Literal["fold", "period doubling", "grazing"]
 
@@ -104,11 +101,7 @@ class Branch(Shown):
     def __len__(self) -> int:
         return len(self.parameter)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw it over the parameter; see `impactsig.plot.branch`."""
-        from ... import plot
-
-        return plot.branch(self, ax, **options)
+    plot = drawn_by("branch", "it over the parameter")
 
     def __repr__(self) -> str:
         told = "".join(f"; {point.kind} at {point.parameter:.9g}" for point in self.special)

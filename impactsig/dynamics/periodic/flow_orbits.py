@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import number
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ...simulate.flows.course import Running, state_of
 from .flow_shooting import PARTS, converged, depends_on_time, rate_at, recurs, shoot
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ITERATIONS = 40
 RETURNS, TURNS, PER_TURN = 12, 400, 100  # close returns that are tried; where they are looked for
@@ -102,11 +99,7 @@ class FlowOrbit(Shown):
             )  # fmt: skip
         return states[back.ravel()].reshape(*time.shape, self.system.dimension)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw it in a plane of two coordinates; see `impactsig.plot.flow_orbit`."""
-        from ... import plot
-
-        return plot.flow_orbit(self, ax, **options)
+    plot = drawn_by("flow_orbit", "it in a plane of two coordinates")
 
     def __repr__(self) -> str:
         told = ", ".join(f"{value:.4g}" for value in self.multipliers)

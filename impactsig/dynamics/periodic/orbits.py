@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from ..._arguments import whole
+from ..._arguments import refuse, whole
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
@@ -20,12 +20,10 @@ from ..arguments import recurring
 from ..tangents.tangent import TangentMap, differentiated_by
 from ._beam_orbits import BeamShooting
 from .flow_orbits import FlowOrbit, find_flow_orbit
-from .shooting import OscillatorShooting, Shooting, two_numbers
+from .shooting import OscillatorShooting, Shooting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-GUESSES, SPREAD = 24, 10  # close returns that are tried, and a square of other starts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -222,12 +220,10 @@ def find_periodic_orbit(  # type: ignore[misc]
     5.881
     """
     if isinstance(system, Flow):
-        for name, value, default in (
-            ("periods", periods, 1), ("impacts", impacts, None), ("phase", phase, 0.0),
-            ("method", method, None),
-        ):  # fmt: skip
-            if value is not default and value != default:
-                raise InvalidInput(name, value, f"no {name} for a flow", "Give period= in its time")
+        refuse(
+            "for a flow", "Give period= in its time", impacts=impacts, method=method,
+            periods=None if periods == 1 else periods, phase=None if phase == 0.0 else phase,
+        )  # fmt: skip
         return find_flow_orbit(system, period, guess, 1e-10 if tolerance is None else tolerance)
     controlled = differentiated_by(system) is not None
     if not isinstance(system, (Oscillator, Cantilever)) and not controlled:
@@ -239,20 +235,18 @@ def find_periodic_orbit(  # type: ignore[misc]
             "period", period, f"no period for {what_it_is(system)}", "Count its orbits by periods="
         )
     tolerance = 1e-11 if tolerance is None else tolerance
-    if isinstance(system, Cantilever):
-        return _of_beam(BeamShooting(system, periods, phase, method, tolerance), guess, impacts)
     if impacts is not None:
         impacts = whole("impacts", impacts, 0)
-    if not controlled:
+    if isinstance(system, Oscillator):
         recurring("system", system)
     shooting: Any = shooting_of(system, periods, phase, method, tolerance)
     if guess is not None:
-        return _settled(shooting, two_numbers("guess", guess))
+        return _settled(shooting, shooting.given(guess))
     least: PeriodicOrbit | None = None
-    for start in shooting.close_returns(GUESSES, SPREAD):
+    for start in shooting.close_returns(*shooting.tries):
         orbit = _settled(shooting, start)
         if orbit.found and (impacts is None or orbit.impacts == impacts):
-            if _primitive(shooting, orbit):
+            if isinstance(system, Cantilever) or _primitive(shooting, orbit):
                 return orbit
         elif not orbit.found and (least is None or orbit.residual < least.residual):
             least = orbit
@@ -325,24 +319,6 @@ def find_periodic_orbits(
 def moving_on_orbits(system: Any) -> Any:
     """The system that moves on periodic orbits: without the feedback that vanishes there."""
     return getattr(system, "moving_on_orbits", system)
-
-
-def _of_beam(shooting: BeamShooting, guess: Any, impacts: int | None) -> PeriodicOrbit:
-    """The orbit of a cantilever found from a guess or from close returns."""
-    starts = shooting.close_returns() if guess is None else [shooting.given(guess)]
-    least: PeriodicOrbit | None = None
-    for start in starts:
-        orbit = _settled(shooting, start)
-        if guess is not None or (orbit.found and impacts in (None, orbit.impacts)):
-            return orbit
-        if not orbit.found and (least is None or orbit.residual < least.residual):
-            least = orbit
-    if least is None:
-        raise InvalidInput(
-            "periods, impacts", f"{shooting.periods}, {impacts}",
-            "an orbit that some start leads to", "None of those tried does; give guess=",
-        )  # fmt: skip
-    return least
 
 
 def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number, whole
+from ..._arguments import number, reals, whole
 from ...errors import InvalidInput
 from ...simulate import simulate
 from ...simulate.basis.frame import reference_frequency
@@ -38,6 +38,7 @@ class Shooting(ABC):
     steps = 60  # of Newton's iteration
     halvings = 14  # of a step that leads away
     look, settle = 3000, 300  # periods looked through for close returns, and before
+    tries: tuple[int, ...] = (24, 10)  # close returns, and a square of other starts
     anchored = False  # whether the section must stay at its phase
 
     def __init__(self, system: Any, periods: int, phase: float, tolerance: float) -> None:
@@ -165,6 +166,20 @@ class OscillatorShooting(Shooting):
         )
         return np.stack(motion.stroboscopic(self.phase), axis=1)
 
+    def given(self, guess: Any) -> np.ndarray:
+        """The start that a user gives.
+
+        Raises
+        ------
+        InvalidInput
+            If it is not two finite numbers.
+        """
+        required = "two finite numbers: displacement and velocity"
+        given = reals("guess", guess, required)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise InvalidInput("guess", guess, required)
+        return given
+
     def close_returns(self, count: int, spread: int = 0) -> Iterator[np.ndarray]:
         """Points of a long motion that nearly return after n periods, the closest first.
 
@@ -197,21 +212,3 @@ def distinct(
         if not chosen or (size(points[k] - np.array(chosen)) > apart).all():
             chosen.append(points[k])
             yield points[k]
-
-
-def two_numbers(name: str, values: Any) -> np.ndarray:
-    """Validate displacement and velocity.
-
-    Raises
-    ------
-    InvalidInput
-        If they are not two finite numbers.
-    """
-    required = "two finite numbers: displacement and velocity"
-    try:
-        given = np.array([float(value) for value in values])
-    except (TypeError, ValueError):
-        raise InvalidInput(name, values, required) from None
-    if given.shape != (2,) or not np.isfinite(given).all():
-        raise InvalidInput(name, values, required)
-    return given

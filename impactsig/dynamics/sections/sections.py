@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import choice, number, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Rigid
 from ...oscillators.flows import Flow
@@ -31,10 +31,6 @@ from ...simulate.basis.events import (
 from ...simulate.basis.frame import swings
 from ...simulate.beam.beam_motion import BeamMotion
 from ...simulate.exact.exact import ExactEngine
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 LOOKS = 64  # in a period of the highest mode of a cantilever
@@ -80,11 +76,7 @@ class Section(Shown):
     def __len__(self) -> int:
         return len(self.time)
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw velocity over phase; see `impactsig.plot.section`."""
-        from ... import plot
-
-        return plot.section(self, ax, **options)
+    plot = drawn_by("section", "velocity over phase")
 
     def __repr__(self) -> str:
         return f"Section({self.kind}: {len(self)} points)"
@@ -120,8 +112,7 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     if not isinstance(motion, Motion) and hasattr(motion, "impacts") and hasattr(motion, "sample"):
         return _of_impacts(motion, stop)
     motion = _motion(motion)
-    if stop is not None and whole("stop", stop, 0) >= len(motion.system.stops):
-        raise InvalidInput("stop", stop, f"a stop of the {len(motion.system.stops)} there are")
+    _check_stop(stop, len(motion.system.stops))
     rows = _rows(motion)
     which = (rows[:, ROW_KIND] == IMPACT) | (rows[:, ROW_KIND] == TOUCH)
     if stop is not None:
@@ -138,8 +129,7 @@ def _of_impacts(motion: Any, stop: int | None) -> Section:
     """The impact map of a motion from its list of impacts."""
     period = _period(motion)
     known = getattr(motion.system, "stops", (getattr(motion.system, "stop", None),))
-    if stop is not None and whole("stop", stop, 0) >= len(known):
-        raise InvalidInput("stop", stop, f"a stop of the {len(known)} there are")
+    _check_stop(stop, len(known))
     hits = motion.impacts
     which = np.full(len(hits), True) if stop is None else hits.stop_index == stop
     phase = (motion._phase + hits.time * (TURN / period)) % TURN
@@ -147,6 +137,12 @@ def _of_impacts(motion: Any, stop: int | None) -> Section:
         "impacts", hits.time[which], phase[which], hits.approach_velocity[which],
         hits.stop_index[which].astype(int),
     )  # fmt: skip
+
+
+def _check_stop(stop: int | None, count: int) -> None:
+    """Refuse the index of a stop that is not there."""
+    if stop is not None and whole("stop", stop, 0) >= count:
+        raise InvalidInput("stop", stop, f"a stop of the {count} there are")
 
 
 def _period(motion: Any) -> float:

@@ -152,7 +152,7 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
 
 
 @inlined
-def let_go(p, row, place, columns, totals, orthonormal):
+def let_go(p, row, columns, totals, orthonormal):
     """Saltation when friction releases the mass; the lost column begins anew."""
     after = int(row[ROW_MODE])
     f, f1 = force(p, row[TURNS], row[PHASE])
@@ -201,7 +201,7 @@ def carry(
             stick(columns, totals, collapses, row, place, stops)
         elif kind == RELEASE:
             if place[HELD] == BY_FRICTION:
-                let_go(p, row, place, columns, totals, orthonormal)
+                let_go(p, row, columns, totals, orthonormal)
             place[HELD] = FREE
             place[IN_MODE], place[LAST] = i, kind
             continue

@@ -69,6 +69,12 @@ def edges_of(before: float, length: float) -> np.ndarray:
     return edges
 
 
+def steps_of(count: int) -> np.ndarray:
+    """Steps after which the batches of a run of so many end."""
+    steps = np.unique(count * np.arange(1, BATCHES + 1) // BATCHES)
+    return steps[steps > 0]
+
+
 def measured(omega: Any, start: np.ndarray, instants: np.ndarray, taken: np.ndarray) -> Any:
     """Time since the start and growth of both columns, from instants and totals."""
     from .columns import FIRST, SECOND

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
-from ..._arguments import Seed, number
-from ..._showing import Shown
+from ..._arguments import Seed, number, one_of_them, refuse
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.batch import OscillatorBatch
@@ -19,12 +19,9 @@ from ...simulate import FixedStep, RungeKutta, simulate
 from ...simulate.flows.course import Running
 from ...studies.device import Executor, on_gpu
 from ._follow import Follower
-from .growth import BATCHES, edges_of, growth_of, lost_of, measured
+from .growth import BATCHES, edges_of, growth_of, lost_of, measured, steps_of
 from .spectra import LyapunovSpectra, spectra_of
 from .tangent import SYSTEMS, differentiated_by
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 TURN = 2 * math.pi
 GONE = 1e-13  # share of the greatest growth below which a direction of a collapse has vanished
@@ -135,14 +132,7 @@ class LyapunovSpectrum(Shown):
             )
         return told + ("" if self.status == "complete" else f"; {self.status}")
 
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw how they converge; see `impactsig.plot.lyapunov_convergence`."""
-        from ... import plot
-
-        return plot.lyapunov_convergence(self, ax, **options)
-
-    def __repr__(self) -> str:
-        return f"LyapunovSpectrum({self.describe()})"
+    plot = drawn_by("lyapunov_convergence", "how they converge")
 
 
 @overload
@@ -228,11 +218,9 @@ def lyapunov_spectrum(  # type: ignore[misc]
     if isinstance(system, Oscillator) and system.noise is not None:
         run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
         return _of_path(system, periods, duration, transient, run)
-    if seed is not None:
-        raise InvalidInput("seed", seed, "no seed where there is no noise")
+    refuse("where there is no noise", "", seed=seed)
     if isinstance(system, OscillatorBatch):
-        if method is not None:
-            raise InvalidInput("method", method, "no method for a batch, which moves exactly")
+        refuse("for a batch, which moves exactly", "", method=method)
         return spectra_of(
             system, periods=periods, duration=duration, transient=transient, initial=initial,
             phase=phase, chatter=chatter, gpu=gpu,
@@ -246,8 +234,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
             options["initial"] = initial
         return _of_oscillator(system, transient, options)
     if isinstance(system, Cantilever):
-        if method is not None:
-            raise InvalidInput("method", method, "no method for a Cantilever, which moves exactly")
+        refuse("for a Cantilever, which moves exactly", "", method=method)
         options = {"periods": periods, "duration": duration, "phase": phase, "chatter": chatter}
         if initial is not None:
             options["initial"] = initial
@@ -258,9 +245,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
         return home.spectrum_of(system, periods, duration, transient, **options)
     if not isinstance(system, Flow):
         raise InvalidInput("system", system, SYSTEMS)
-    for name, value, default in (("periods", periods, None), ("method", method, None)):
-        if value is not default:
-            raise InvalidInput(name, value, "no such option of a flow", "Give duration=")
+    refuse("for a flow", "Give duration=", periods=periods, method=method)
     length = number("duration", duration, above=0)
     before = number("transient", length / 10 if transient is None else transient, least=0.0)
     return _of_flow(system, length, before, initial)
@@ -311,7 +296,7 @@ def _of_path(
     """The spectrum along one path of an oscillator under noise."""
     from ._noisy_tangent import orthonormal, tangent_steps
 
-    whole, given = ("duration", duration) if periods is None else ("periods", periods)
+    whole, given = one_of_them(periods=periods, duration=duration)
     length = number(whole, given, above=0)
     transient = number("transient", length / 10 if before is None else before, least=0.0)
     path, matrices, divergence = tangent_steps(oscillator, **{whole: transient + length}, **run)
@@ -319,15 +304,14 @@ def _of_path(
     columns, growth = np.eye(2), np.zeros((len(matrices), 2))
     for k, matrix in enumerate(matrices):
         columns, growth[k] = orthonormal(matrix @ columns)
-    edges = first + np.arange(1, BATCHES + 1) * (len(matrices) - first) // BATCHES
-    edges = np.unique(edges[edges > first])
+    edges = steps_of(len(matrices) - first)
     grown = np.cumsum(growth[first:], axis=0)
-    times = (edges - first) * path.step / oscillator.time_unit
+    times = edges * path.step / oscillator.time_unit
     start = path.start + first * path.step
     return spectrum_from(
         oscillator,
         times,
-        grown[edges - first - 1],
+        grown[edges - 1],
         0,
         float(divergence[first:].sum()) / times[-1] if len(times) else math.nan,
         impacts=len(path.impacts.between(start)),
@@ -375,8 +359,8 @@ def _of_flow(
 def _of_beam(beam: Cantilever, before: float | None, options: dict[str, Any]) -> LyapunovSpectrum:
     from ._beam_tangent import steps
 
-    whole = "periods" if options["periods"] is not None else "duration"
-    length = number(whole, options[whole], above=0)
+    whole, given = one_of_them(periods=options["periods"], duration=options["duration"])
+    length = number(whole, given, above=0)
     transient = number("transient", length / 10 if before is None else before, least=0.0)
     motion = simulate(beam, **(options | {whole: transient + length}))
     unit = beam.forcing_period if whole == "periods" else 1.0

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._arguments import refuse
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
@@ -167,7 +168,7 @@ def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMa
     # A column that begins without motion is no direction of the start's: stops carry none of it.
     scaled = unit * follower.columns
     collapses = int(totals[LINES] + totals[POINTS])
-    return _result(
+    return map_from(
         scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion, int(totals[IMPACTS]),
         collapses, int(totals[SINGULAR]), status,
     )  # fmt: skip
@@ -178,37 +179,31 @@ def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
     from ._noisy_tangent import tangent_steps
 
     for name in ("transient", "every", "chatter"):
-        if options.get(name):
-            raise InvalidInput(name, options[name], f"no {name} under noise", "Give initial=")
+        refuse("under noise", "Give initial=", **{name: options.get(name) or None})
     path, matrices, divergence = tangent_steps(oscillator, **options)
     scaled, scale = np.eye(2), 0.0
     for matrix in matrices:
-        scaled = matrix @ scaled
-        size = float(np.abs(scaled).max()) or 1.0
-        scaled, scale = scaled / size, scale + math.log(size)
+        scaled, scale = multiplied(matrix, scaled, scale)
     impacts = len(path.impacts)
-    return _result(scaled, scale, float(divergence.sum()), path, impacts, 0, 0, path.status)
+    return map_from(scaled, scale, float(divergence.sum()), path, impacts, 0, 0, path.status)
 
 
 def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
     from ._beam_tangent import steps
 
-    if options.get("transient"):
-        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    refuse("of a tangent map", "Give initial=", transient=options.get("transient") or None)
     motion = simulate(beam, **options)
     m = beam.modes
     scaled, scale, determinant = np.eye(2 * m), 0.0, 0.0
     collapses = grazings = 0
     for _, step in steps(motion, np.array([motion.stop])):
-        scaled = step.matrix @ scaled
-        size = float(np.abs(scaled).max()) or 1.0
-        scaled, scale = scaled / size, scale + math.log(size)
+        scaled, scale = multiplied(step.matrix, scaled, scale)
         lost = step.collapsed
         determinant += -math.inf if lost else float(np.linalg.slogdet(step.matrix)[1])
         collapses, grazings = collapses + lost, grazings + step.grazed
     unit = np.repeat([1.0, motion._omega], m)
     scaled = scaled * unit[:, None] / unit
-    return _result(
+    return map_from(
         scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings, motion.status
     )
 
@@ -216,8 +211,7 @@ def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
 def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
     from ..periodic.flow_shooting import converged
 
-    if options.get("transient"):
-        raise InvalidInput("transient", options["transient"], "no transient", "Give initial=")
+    refuse("of a tangent map", "Give initial=", transient=options.get("transient") or None)
     motion = simulate(flow, **options)
     start = state_of(flow, options.get("initial"))
     _, matrix, _, settled = converged(flow, start, motion.duration)
@@ -228,13 +222,21 @@ def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
         )  # fmt: skip
     size = float(np.abs(matrix).max()) or 1.0
     determinant = float(np.linalg.slogdet(matrix)[1])
-    return _result(matrix / size, math.log(size), determinant, motion, 0, 0, 0, motion.status)
+    return map_from(matrix / size, math.log(size), determinant, motion, 0, 0, 0, motion.status)
 
 
-def _result(
+def multiplied(matrix: np.ndarray, scaled: np.ndarray, scale: float) -> tuple[np.ndarray, float]:
+    """A matrix times a scaled one, scaled anew, and the logarithm of the scale."""
+    scaled = matrix @ scaled
+    size = float(np.abs(scaled).max()) or 1.0
+    return scaled / size, scale + math.log(size)
+
+
+def map_from(
     scaled: np.ndarray, scale: float, determinant: float, motion: Any, impacts: int,
     collapses: int, grazings: int, status: str,
 ) -> TangentMap:  # fmt: skip
+    """The result, of a matrix scaled by the exponential of `scale`."""
     with np.errstate(over="ignore", under="ignore"):
         matrix = scaled * np.exp(scale)
     return TangentMap(

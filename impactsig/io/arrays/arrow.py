@@ -44,7 +44,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         magic = file.read(4)
     if magic == b"FEA1":
         raise UnreadableFile(path, "is of the first version of Feather", "Write it as version 2")
-    groups = _parquet(path, limits) if magic == b"PAR1" else _feather(path, limits)
+    groups = _parquet(path) if magic == b"PAR1" else _feather(path)
     try:
         return _source(path, groups, limits)
     except BaseException:
@@ -106,7 +106,7 @@ def _seconds(read: _Read, count: float, from_first: bool) -> tuple[_Read, int | 
     return seconds, first
 
 
-def _parquet(path: Path, limits: Limits) -> _Groups:
+def _parquet(path: Path) -> _Groups:
     from pyarrow import parquet
 
     file = parquet.ParquetFile(path if in_utf8(path) else path.open("rb"))
@@ -119,7 +119,7 @@ def _parquet(path: Path, limits: Limits) -> _Groups:
     return _Groups("Parquet", file.schema_arrow, _starts(path, counts), load, file.close)
 
 
-def _feather(path: Path, limits: Limits) -> _Groups:
+def _feather(path: Path) -> _Groups:
     import pyarrow
 
     held = pyarrow.memory_map(str(path)) if in_utf8(path) else pyarrow.PythonFile(path.open("rb"))

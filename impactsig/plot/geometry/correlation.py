@@ -12,7 +12,7 @@ from ..axes import frame, panels, shades
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
-    from ...reconstruct import CorrelationSum
+    from ...reconstruct.sums.correlation import CorrelationSum
 
 SUM = "correlation sum $C_m(r)$"
 SLOPE = r"local slope $\mathrm{d} \ln C_m / \mathrm{d} \ln r$"

@@ -12,7 +12,7 @@ from ..axes import GREY, VERMILLION, explain, frame, panels, title
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
-    from ...reconstruct import CorrelationDimension
+    from ...reconstruct.dimensions.dimension import CorrelationDimension
 
 BLUE = "#0072B2"
 

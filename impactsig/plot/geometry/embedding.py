@@ -12,7 +12,8 @@ from ..axes import BLUE, ORANGE, SKY, axes, chosen, curve, frame, level
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...reconstruct import AveragedFalseNeighbors, DelayChoice, FalseNeighbors
+    from ...reconstruct.delays import DelayChoice
+    from ...reconstruct.neighbors import AveragedFalseNeighbors, FalseNeighbors
 
 
 @checked

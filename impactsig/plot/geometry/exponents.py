@@ -12,7 +12,7 @@ from ..axes import GREY, SKY, VERMILLION, axes, curve, explain, frame, level, un
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...reconstruct import LyapunovExponent
+    from ...reconstruct.divergence.exponents import LyapunovExponent
 
 
 @checked

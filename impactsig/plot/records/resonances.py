@@ -12,7 +12,7 @@ from ..axes import BLUE, GREY, VERMILLION, axes, frame, seconds, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...identify import Resonance
+    from ...identify.resonance import Resonance
 
 
 @checked

@@ -14,7 +14,8 @@ from ..axes import BLUE, GREY, VERMILLION, axes, colour, explain, frame, level, 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...control import ControlledFlowMotion, ControlledMotion
+    from ...control.controlled import ControlledMotion
+    from ...control.running.flow import ControlledFlowMotion
     from ...dynamics.periodic.flow_orbits import FlowOrbit
     from ...studies.study import Study
 
@@ -76,7 +77,7 @@ def control_intervals(
     >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
     >>> ax = plot.control_intervals(motion)
     """
-    from ...control import ControlledFlowMotion
+    from ...control.running.flow import ControlledFlowMotion
 
     ax = axes(ax)
     impacts = motion.spikes if isinstance(motion, ControlledFlowMotion) else motion.impacts
@@ -156,7 +157,7 @@ def control_force(
     >>> motion = simulate(Controlled(scenes.karpodinis(20.3355), feedback, start=20), periods=60)
     >>> ax = plot.control_force(motion, span=(0.0, 1.0))
     """
-    from ...control import ControlledFlowMotion
+    from ...control.running.flow import ControlledFlowMotion
 
     ax = axes(ax)
     if isinstance(motion, ControlledFlowMotion):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_on_figure_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from .._arguments import finite_range
@@ -21,8 +21,6 @@ from .._values import quantum
 from ..recognition.kinds import Kind
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
-
     from .._stated import Stated
     from ._estimate import Setting
     from ._noise import Noise
@@ -228,11 +226,7 @@ class CorrelationDimension(Shown):
             f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
         )
 
-    def plot(self, figure: Figure | SubFigure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.geometry.dimension`."""
-        from ... import plot
-
-        return plot.dimension(self, figure)
+    plot = drawn_on_figure_by("dimension", "it")
 
     def __str__(self) -> str:
         return self.describe()

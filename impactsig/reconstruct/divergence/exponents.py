@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..._arguments import choice, number, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from .._arguments import long_enough, varying
@@ -19,8 +19,6 @@ from .._theiler import theiler_window
 from .._values import exact_period, resolution, rounding_doubt, typical_gap
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ._region import Curve
 
 LEAST = 100
@@ -147,11 +145,7 @@ class LyapunovExponent(Shown):
     def __str__(self) -> str:
         return self.describe()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the stretch curve and the region; see `impactsig.plot.stretch_curve`."""
-        from ... import plot
-
-        return plot.stretch_curve(self, ax)
+    plot = drawn_by("stretch_curve", "the stretch curve and the region")
 
 
 def lyapunov_exponent(

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from .._series import known, pairs_apart, series, unbroken
 from .._threads import in_threads
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_VECTORS = 10_000  # in a matrix of one byte an element
 
@@ -60,14 +57,7 @@ class RecurrencePlot(Shown):
             f"delay {self.delay}) are within {self.radius:.4g}"
         )
 
-    def __repr__(self) -> str:
-        return f"RecurrencePlot({self.describe()})"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it; see `impactsig.plot.recurrence_plot`."""
-        from ... import plot
-
-        return plot.recurrence_plot(self, ax=ax)
+    plot = drawn_by("recurrence_plot", "it")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -144,9 +134,6 @@ class RecurrenceQuantification(Shown):
                 f"{self.longest_diagonal} at most"
             )
         return "; ".join((*words, *self.warnings))
-
-    def __repr__(self) -> str:
-        return f"RecurrenceQuantification({self.describe()})"
 
 
 def recurrence_plot(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..._arguments import choice, number, reals, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_on_figure_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from .._arguments import dimensions_of, finite_range
@@ -19,8 +19,6 @@ from .._series import known, pairs_apart, series, unbroken
 from .._theiler import theiler_window
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
-
     from ._point_sums import Kernel, Norm
 
 DIMENSIONS = range(1, 7)
@@ -150,11 +148,7 @@ class CorrelationSum(Shown):
             f"the greatest in dimension {self.dimensions[-1]}"
         )
 
-    def plot(self, figure: Figure | SubFigure | None = None) -> Any:
-        """Draw it; see `impactsig.plot.correlation_sum`."""
-        from ... import plot
-
-        return plot.correlation_sum(self, figure)
+    plot = drawn_on_figure_by("correlation_sum", "it")
 
     def __str__(self) -> str:
         return self.describe()

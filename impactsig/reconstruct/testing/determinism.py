@@ -63,9 +63,6 @@ class ReturnMapDeterminism(Shown):
         )
         return "; but ".join((words, *self.warnings))
 
-    def __repr__(self) -> str:
-        return f"ReturnMapDeterminism({self.describe()})"
-
 
 def return_map_determinism(
     x: Any, lag: int = 1, *, neighbors: int | None = None, count: int = 99, seed: Seed = None

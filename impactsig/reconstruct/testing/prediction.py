@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import choice, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from .._arguments import varying
 from .._series import known, series, unbroken
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Predictor = Literal["constant", "linear"]
 
@@ -74,14 +71,7 @@ class PredictionError(Shown):
             f"{self.neighbors} neighbours in {self.dimension} dimensions"
         )
 
-    def __repr__(self) -> str:
-        return f"PredictionError({self.describe()})"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the error against the horizon; see `impactsig.plot.prediction_error`."""
-        from ... import plot
-
-        return plot.prediction_error(self, ax=ax)
+    plot = drawn_by("prediction_error", "the error against the horizon")
 
 
 def prediction_error(

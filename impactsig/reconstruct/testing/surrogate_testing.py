@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import Seed, choice, whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ..._watched import counted
 from ...errors import InvalidInput
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit
 from .prediction import prediction_error, time_reversal_asymmetry
 from .surrogates import NULL, Method, longest_stretch, rows_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Alternative = Literal["less", "greater", "two-sided"]
 Statistic = Literal["prediction_error", "time_reversal_asymmetry"]
@@ -121,14 +118,7 @@ class SurrogateTest(Shown):
     def __str__(self) -> str:
         return self.describe()
 
-    def __repr__(self) -> str:
-        return f"SurrogateTest({self.describe()})"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the statistic among its surrogates; see `impactsig.plot.surrogate_test`."""
-        from ... import plot
-
-        return plot.surrogate_test(self, ax=ax)
+    plot = drawn_by("surrogate_test", "the statistic among its surrogates")
 
 
 def surrogate_test(

@@ -76,9 +76,6 @@ class Surrogates(Shown):
             words += f", order {self.order}"
         return "; ".join((words, *self.warnings))
 
-    def __repr__(self) -> str:
-        return f"Surrogates({self.describe()})"
-
 
 def surrogates(
     x: Any, count: int = 1, method: Method = "autoregressive", *, seed: Seed = None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..._arguments import number, times_within
-from ..._showing import Shown
+from ..._showing import drawn_by
 from ...impacts import OPEN_END, Impacts, exact
 from ...oscillators import Cantilever, KelvinVoigt, Rigid
 from ..basis.events import (
@@ -27,16 +27,14 @@ from ..basis.events import (
 )
 from ..basis.frame import strobe_times
 from ..basis.laws import spring_push
+from ..moved import Moved
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..spectrum import PowerSpectrum
     from .beam_flow import Beam
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamMotion(Shown):
+class BeamMotion(Moved):
     """The simulated motion of a beam, in all its modes.
 
     Times are in seconds since the start of the simulation, transient included; all else is in SI
@@ -97,11 +95,6 @@ class BeamMotion(Shown):
     _base: complex = field(repr=False)
     _rows: np.ndarray = field(repr=False)
     _impact_rows: np.ndarray = field(repr=False)
-
-    @property
-    def stop(self) -> float:
-        """End of the span [s]."""
-        return self.start + self.duration
 
     def modal(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
         """Modal displacements and velocities at any times of the span, in closed form.
@@ -203,17 +196,7 @@ class BeamMotion(Shown):
         omega = None if self.system.forcing_period is None else self._omega
         return self.sample(strobe_times(self, phase, omega, self.start, self.stop))
 
-    def power_spectrum(self, quantity: str | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density of the tip; see `impactsig.simulate.spectrum.power_spectrum`."""
-        from ..spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
-
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the displacement of the tip over time; see `impactsig.plot.tip_history`."""
-        from ... import plot
-
-        return plot.tip_history(self, ax, **options)
+    plot = drawn_by("tip_history", "the displacement of the tip over time")
 
     def _seconds(self, rows: np.ndarray) -> np.ndarray:
         """Times of events [s]."""

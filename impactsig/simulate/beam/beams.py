@@ -13,7 +13,7 @@ from ...errors import InvalidInput
 from ...oscillators import Cantilever
 from ..basis.contract import run_on
 from ..basis.events import COUNTERS, HEAD, PHASE, SPENT, STATUS, TURN, TURNS
-from ..run import LONGEST
+from ..run import span
 from .beam_arguments import check_resonance, forces_of, initial_state, regime_at
 from .beam_motion import BeamMotion, Setting, assemble
 
@@ -49,20 +49,9 @@ def move(
     slowly than r would have it (`apparent_restitution`). A soft stop couples the modes while it is
     touched; its contact is solved by the eigenvectors of the coupled beam.
     """
-    if (periods is None) == (duration is None):
-        raise InvalidInput(
-            "periods, duration", f"{periods}, {duration}", "one of them, and only one"
-        )
     if not 0 < number("chatter", chatter) <= 1e-2:
         raise InvalidInput("chatter", chatter, "0 < chatter <= 0.01")
-    if periods is not None and beam.forcing is None:
-        raise InvalidInput(
-            "periods", periods, "a forcing to count by",
-            "There is no forcing: give duration= in seconds",
-        )  # fmt: skip
-    name, length = ("periods", periods) if duration is None else ("duration", duration)
-    length = number(name, length, above=0, most=LONGEST)
-    transient = number("transient", transient, least=0.0, most=LONGEST)
+    length, transient = span(periods, duration, transient, beam.forcing is not None)
     phase = math.fmod(number("phase", phase), TURN) % TURN
 
     rates, ratios = TURN * beam.frequencies(beam.modes), np.array(beam.damping_ratios)

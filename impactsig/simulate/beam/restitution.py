@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..._arguments import instance, number
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ..basis.events import BEAM_APPROACH, IMPACT, PART, PHASE, RELEASE, ROW_KIND, STICK, TOUCH
 from .beam_motion import BeamMotion
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,11 +70,7 @@ class ApparentRestitution(Shown):
     modes: int
     within: float
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw departure over approach; see `impactsig.plot.apparent_restitution`."""
-        from ... import plot
-
-        return plot.apparent_restitution(self, ax)
+    plot = drawn_by("apparent_restitution", "departure over approach")
 
     def __repr__(self) -> str:
         return (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import instance, number
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
@@ -152,8 +152,7 @@ def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
     InvalidInput
         If it is not a finite number for every coordinate.
     """
-    if not isinstance(flow, Flow):
-        raise InvalidInput("flow", flow, "a Flow, as impactsig.flows has", WITH_STOPS)
+    instance("flow", flow, Flow, "a Flow, as impactsig.flows has", WITH_STOPS)
     if initial is None:
         return np.array(flow.initial)
     required = f"{flow.dimension} finite numbers"

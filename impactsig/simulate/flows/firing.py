@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import choice, instance, number
+from ..._arguments import GREATEST, choice, instance, number, one_of_them, whole
 from ...errors import InvalidInput
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
@@ -174,17 +174,13 @@ def _spikes(
     direction: str,
     kind: str,
 ) -> Impacts:
-    if (count is None) == (duration is None):
-        raise InvalidInput("count, duration", f"{count}, {duration}", "one of the two")
-    wanted = 2**62
-    end = math.inf
+    given, value = one_of_them(count=count, duration=duration)
+    wanted, end = GREATEST, math.inf
     transient = number("transient", transient, least=0)
-    if count is not None:
-        wanted = int(number("count", count, least=1, most=2**53))
-        if wanted != count or isinstance(count, bool):
-            raise InvalidInput("count", count, "a whole number, 1 or greater")
+    if given == "count":
+        wanted = whole("count", value, 1)
     else:
-        end = transient + number("duration", duration, above=0)
+        end = transient + number("duration", value, above=0)
     running = Running(flow, signal, initial, fires)
 
     from .flow_spikes import Task

@@ -9,25 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number, times_within
-from ..._showing import Shown
+from ..._showing import drawn_by
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ..basis.events import EXHAUSTED, TIME
+from ..moved import Moved
 from ..run import LONGEST
 from .course import STEPS, Running
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..spectrum import PowerSpectrum
     from .flow_steps import Course
 
 AT_A_TIME = 64  # steps between two looks whether all that was asked for is there
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlowMotion(Shown):
+class FlowMotion(Moved):
     """The simulated trajectory of a flow, in its own unit of time.
 
     Attributes
@@ -61,11 +59,6 @@ class FlowMotion(Shown):
     status: str
     _marks: tuple[Course, ...] = field(repr=False)
     _end: float = field(repr=False)
-
-    @property
-    def stop(self) -> float:
-        """End of the span."""
-        return self.start + self.duration
 
     def sample(self, time: Any) -> np.ndarray:
         """States at any times of the span, shape of `time` and (d,).
@@ -116,17 +109,7 @@ class FlowMotion(Shown):
             "sample(start + n * period) strobes a flow; threshold_crossings cuts it at a level",
         )  # fmt: skip
 
-    def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density of a coordinate; see `simulate.spectrum.power_spectrum`."""
-        from ..spectrum import power_spectrum
-
-        return power_spectrum(self, quantity, **options)
-
-    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw one coordinate over another; see `impactsig.plot.phase_portrait`."""
-        from ... import plot
-
-        return plot.phase_portrait(self, ax, **options)
+    plot = drawn_by("phase_portrait", "one coordinate over another")
 
     def __repr__(self) -> str:
         status = "" if self.status == "complete" else f"; {self.status}"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._arguments import number
-from ...errors import InvalidInput
+from ..._arguments import whole
 from ...oscillators import Oscillator
+from ...oscillators.parts import numbers
 from ..basis.events import COUNTERS, MODE
 from ..basis.frame import forcing, pace, reference_frequency, swings
 from ..basis.laws import HERTZ, PLACE, PUSHER, RIGID, spring_push
@@ -61,11 +61,7 @@ class RungeKutta:
     tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        wanted = "1e-14 <= tolerance <= 0.01"
-        tolerance = number("tolerance", self.tolerance, wanted)
-        if not 1e-14 <= tolerance <= 1e-2:
-            raise InvalidInput("tolerance", self.tolerance, wanted)
-        object.__setattr__(self, "tolerance", tolerance)
+        numbers(self, "tolerance", least=1e-14, most=1e-2)
 
 
 @dataclass(frozen=True)
@@ -101,11 +97,7 @@ class FixedStep:
     steps: int = 300
 
     def __post_init__(self) -> None:
-        wanted = "a whole number, 8 to 1 000 000"
-        steps = number("steps", self.steps, wanted)
-        if steps != int(steps) or not 8 <= steps <= 1_000_000:
-            raise InvalidInput("steps", self.steps, wanted)
-        object.__setattr__(self, "steps", int(steps))
+        object.__setattr__(self, "steps", whole("steps", self.steps, 8, 1_000_000))
 
 
 class SteppingEngine:

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import whole
-from ..._showing import Shown
+from ..._showing import Shown, drawn_on_figure_by
 from ...errors import InvalidInput
 from ...oscillators import Noise, Oscillator
 from ._branches import Branches, branches
@@ -22,9 +22,6 @@ from ._marginals import displacement, places, speeds, velocity
 from ._scope import check, check_rest
 from ._well import conservative
 from .shapes import DensityShape
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
 
 Impact = Literal["logarithmic", "exact", "linearised"]
 MOST_EXCHANGED = {"logarithmic": 0.5, "exact": 0.1, "linearised": 0.1}  # by which it holds
@@ -269,11 +266,7 @@ class AveragedDensity(Shown):
 
         return self._along(energy, rate)
 
-    def plot(self, figure: Figure | SubFigure | None = None) -> np.ndarray:
-        """Draw the density of the energy and the joint density; see `plot.averaged_density`."""
-        from ...plot import averaged_density as draw
-
-        return draw(self, figure)
+    plot = drawn_on_figure_by("averaged_density", "the density of the energy and the joint density")
 
     @property
     def _noise(self) -> Noise:

@@ -5,19 +5,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._arguments import function, number, reals
-from ..._showing import Shown
+from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from .averaging import Impact, averaged_density
 from .shapes import DensityShape
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST = 64  # transitions between two neighbouring values
 
@@ -84,11 +81,7 @@ class PBifurcation(Shown):
         """Peaks along the velocity at each value: the papers' "one", "two" and "three"."""
         return np.array([shape.peaks() for shape in self.shapes])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the energies of the extrema; see `impactsig.plot.p_bifurcation`."""
-        from ...plot import p_bifurcation as draw
-
-        return draw(self, ax)
+    plot = drawn_by("p_bifurcation", "the energies of the extrema")
 
 
 def p_bifurcation(

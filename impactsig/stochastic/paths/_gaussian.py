@@ -108,7 +108,7 @@ def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
                 out = max(speed if upper else -speed, 0.0)
                 back = restitution(p, f, upper, out)
                 stop = p.high_stop if upper else p.low_stop
-                note(p, events, count, lane, t + share * span, stop, out)
+                note(events, count, lane, t + share * span, stop, out)
                 jump = (1 + back) * (-out if upper else out)
                 eq += jump * (1 - share) * span
                 ev += jump

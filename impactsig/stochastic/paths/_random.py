@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._compiled import inlined, kernel
 
-FORCE, BRIDGE, RUB, ACROSS = range(4)  # what the numbers are for: a part of the counter
+FORCE, BRIDGE, RUB, FORCE_ACROSS = range(4)  # what the numbers are for: a part of the counter
 START = 0xFFFFF  # number of the pair that a path starts from
 PI_4 = math.pi / 4
 LN2 = math.log(2)
@@ -113,14 +113,11 @@ def logarithm(power, mantissa):
     s = f / (2.0 + f)
     z = s * s
     w = z * z
-    even = w * (
-        3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
-    )
-    odd = z * (
-        6.666666666666735130e-01
-        + w
-        * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01))
-    )
+    even = 2.222219843214978396e-01 + w * 1.531383769920937332e-01
+    even = w * (3.999999999940941908e-01 + w * even)
+    odd = 1.818357216161805012e-01 + w * 1.479819860510658591e-01
+    odd = 2.857142874366239149e-01 + w * odd
+    odd = z * (6.666666666666735130e-01 + w * odd)
     square = 0.5 * f * f
     return -2.0 * (exponent * LN2 + (s * (square + even + odd) - square + f))
 
@@ -130,44 +127,16 @@ def direction(word):
     """Cosine and sine of a random angle: 53 bits within an octant, 3 bits for the octant."""
     t = uniform(word) * PI_4
     z = t * t
-    s = t + t * z * (
-        -1.66666666666666324348e-01
-        + z
-        * (
-            8.33333333332248946124e-03
-            + z
-            * (
-                -1.98412698298579493134e-04
-                + z
-                * (
-                    2.75573137070700676789e-06
-                    + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
-                )
-            )
-        )
-    )
-    c = (
-        1.0
-        - 0.5 * z
-        + z
-        * z
-        * (
-            4.16666666666666019037e-02
-            + z
-            * (
-                -1.38888888888741095749e-03
-                + z
-                * (
-                    2.48015872894767294178e-05
-                    + z
-                    * (
-                        -2.75573143513906633035e-07
-                        + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11)
-                    )
-                )
-            )
-        )
-    )
+    s = -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
+    s = 2.75573137070700676789e-06 + z * s
+    s = -1.98412698298579493134e-04 + z * s
+    s = 8.33333333332248946124e-03 + z * s
+    s = t + t * z * (-1.66666666666666324348e-01 + z * s)
+    c = 2.08757232129817482790e-09 - z * 1.13596475577881948265e-11
+    c = -2.75573143513906633035e-07 + z * c
+    c = 2.48015872894767294178e-05 + z * c
+    c = -1.38888888888741095749e-03 + z * c
+    c = 1.0 - 0.5 * z + z * z * (4.16666666666666019037e-02 + z * c)
     one, two = (s, c) if word & np.uint64(1) else (c, s)
     return -one if word & np.uint64(2) else one, -two if word & np.uint64(4) else two
 
@@ -213,19 +182,13 @@ def draw(r, key, path, block, out):
 
 
 @kernel
-def draw_all(r, key, paths, block, out):
-    """Fill `out`, shape (steps, lanes), with the normal numbers of many paths."""
-    half = len(out) // 2
-    philox_all(key, np.uint64(block) * np.uint64(half), paths, FORCE, r.radius, r.angle)
-    flat = out.reshape(out.size)
-    normals(r, flat[: len(r.radius)], flat[len(r.radius) :])
+def draw_all(r, key, paths, block, purpose, out):
+    """Fill `out`, shape (steps, lanes), with the normal numbers of many paths for a purpose.
 
-
-@kernel
-def draw_across(r, key, paths, block, out):
-    """The same for the second component of an oscillating noise."""
+    FORCE is for the noise, FORCE_ACROSS for the second component of one that oscillates.
+    """
     half = len(out) // 2
-    philox_all(key, np.uint64(block) * np.uint64(half), paths, ACROSS, r.radius, r.angle)
+    philox_all(key, np.uint64(block) * np.uint64(half), paths, purpose, r.radius, r.angle)
     flat = out.reshape(out.size)
     normals(r, flat[: len(r.radius)], flat[len(r.radius) :])
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import inlined, kernel
-from ._random import START, Room, draw_across, draw_all, draw_coins, draw_pair, room
+from ._random import FORCE, FORCE_ACROSS, START, Room, draw_all, draw_coins, draw_pair, room
 from .equation import (
     ACROSS,
     BLOCK,
@@ -87,7 +87,7 @@ def bounce(p, f, state, count, events, lane, t, end):
             flight = (out - speed) / push
         left = max(left - flight, 0.0)
         r = restitution(p, f, upper, out)
-        note(p, events, count, lane, t + h - left, p.high_stop if upper else p.low_stop, out)
+        note(events, count, lane, t + h - left, p.high_stop if upper else p.low_stop, out)
         q, u = wall, -side * r * out
         end = q + u * left + 0.5 * a * left * left
         if p.low <= end <= p.high:
@@ -310,11 +310,11 @@ def move(p, f, key, path, w, state, count, first, last, every, seen, events):
     while first < last:
         block = first // BLOCK
         shift, end = first - block * BLOCK, min(last, (block + 1) * BLOCK)
-        draw_all(w.room, key, path, block, w.normal)
+        draw_all(w.room, key, path, block, FORCE, w.normal)
         if p.kinetic > 0 and p.sigma > 0:
             draw_coins(w.room, key, path, block, w.coin)
         elif p.across != 0.0:
-            draw_across(w.room, key, path, block, w.coin)
+            draw_all(w.room, key, path, block, FORCE_ACROSS, w.coin)
         looks = advance(
             p, f, w, w.normal[shift:], w.coin[shift:], state, count, first, end, every, looks, seen,
             events,

@@ -125,7 +125,7 @@ def land(p, f, key, path, r, state, count, events, lane, step, q, v, q1, v1, noi
             noise -= (actual - out if upper else out - actual) / (left - tau)
             later, out = noise, actual
         back = restitution(p, f, upper, out)
-        note(p, events, count, lane, t0 + tau, p.high_stop if upper else p.low_stop, out)
+        note(events, count, lane, t0 + tau, p.high_stop if upper else p.low_stop, out)
         q, v = wall, -back * out if upper else back * out
         t, left = t0 + tau, left - tau
         start, middle, end = drive_at(p, t), drive_at(p, t + 0.5 * left), drive_at(p, t + left)
@@ -157,7 +157,7 @@ def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
         share = min(max(s - value / slope, 0.0), 1.0) if slope != 0.0 else s
     speed = slope / h
     r = restitution(p, f, p.fold < 0, abs(speed))
-    note(p, events, count, lane, t + share * h, p.low_stop if p.fold > 0 else p.high_stop,
+    note(events, count, lane, t + share * h, p.low_stop if p.fold > 0 else p.high_stop,
          abs(speed))  # fmt: skip
     return y1 - (1 - r) * speed * (1 - share) * h, u1 - (1 - r) * speed
 

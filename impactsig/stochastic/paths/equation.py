@@ -143,7 +143,7 @@ def restitution(p, f, upper, v):
 
 
 @inner
-def note(p, events, count, lane, t, stop, v):
+def note(events, count, lane, t, stop, v):
     """Count an impact, and store it if asked for."""
     k = count[lane]
     if lane == 0 and k < len(events):
@@ -159,7 +159,7 @@ def note_touches(p, state, events, count, lane, t, span, before, q, v):
         if side * (before - place) <= 0 < side * (q - place):
             share = (place - before) / (q - before)
             state[APPROACH + k, lane] = abs(v)
-            note(p, events, count, lane, t + share * span, p.soft[k, STOP], abs(v))
+            note(events, count, lane, t + share * span, p.soft[k, STOP], abs(v))
 
 
 @inner
