@@ -40,6 +40,7 @@ from .fit_errors import (
     NOW,
     SCALE,
     SCORE,
+    SHORT,
     SQUARE,
     TILT,
     TO,
@@ -54,6 +55,8 @@ CREST, SMOOTH = 8, 2
 """Stretches beside the flat top where the crest may be, and to either side that are averaged."""
 ALIKE = 0.004
 """Of the height: what lies no farther below the highest stretch is the crest too."""
+DOUBT = 3.0 * math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
+"""Three standard deviations of the sum of squares of a rest that is noise, each over its variance."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
 
@@ -121,13 +124,16 @@ def _samples(row, x, origin, room):
 
 @allocating
 def common_rest(rows, clear, x, origin, room):
-    """The rest of the shape of clear pulses over their heights, in BINS stretches."""
-    total, weight = np.zeros(BINS), np.zeros(BINS)
+    """The rest of the shape of clear pulses over their heights, in BINS stretches.
+
+    And its mean square over that of the heights, as far as it is more than noise.
+    """
+    total, beyond, weight = np.zeros(BINS), np.zeros(BINS), np.zeros(BINS)
     for j in clear:
         row = rows[j]
         kept = row[FIT:]
         p = kept[NOW : NOW + WIDER].copy()
-        p[POWERS] = 0.0
+        apart, p[POWERS] = p[POWERS], 0.0
         count, per = _samples(row, x, origin, room)
         points, means, curve = room.points[:count], room.means[:count], room.curve
         linearize(p, points, means, curve, room.normal)
@@ -142,12 +148,24 @@ def common_rest(rows, clear, x, origin, room):
             drawn = within.first <= k < within.last
             rest = curve[REST, k - within.first] if drawn else means[k]
             total[place] += one * rest / p[AMPLITUDE]
+            if drawn:
+                at = k - within.first
+                if k < within.fall:
+                    rest -= apart * curve[BY_POWER, at]
+                else:
+                    rest += apart * curve[BY_POWER, at] - kept[SHORT] * curve[BY_START, at]
+            beyond[place] += one * rest / p[AMPLITUDE]
             weight[place] += one
+    square = shown = 0.0
     for b in range(BINS):
         if weight[b] > 0.0:
             total[b] /= weight[b]
+            if EDGE - PER_EDGE <= b < EDGE + PER_TOP + PER_EDGE:
+                square += beyond[b] ** 2 / weight[b] - 1.0
+                shown += weight[b]
             total[b] *= max(1.0 - 1.0 / (weight[b] * total[b] ** 2 + 1e-300), 0.0)
-    return total
+    left = max(square - DOUBT, 0.0) / max(shown, 1e-300)
+    return total, left
 
 
 @inner

@@ -21,7 +21,7 @@ from .edges import ERRORS, FIT
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.2, 0.2
-BETWEEN = 0.05
+BETWEEN = 0.03
 """Samples: to no better is a touch between two read, since the foot there is not seen."""
 FARTHEST = 0.2
 """Contact times that a fit is moved."""
@@ -65,7 +65,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
         row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2 + between)
         if timed:
             row[1] += (end - start) * contact
-            more = (start_variance + end_variance) * contact**2 + 2.0 * between
+            more = (start_variance + end_variance) * contact**2 + 4.0 * between
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest

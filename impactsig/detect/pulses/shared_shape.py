@@ -39,6 +39,7 @@ from .fit_errors import (
     LEFT_SD,
     MADE,
     NOW,
+    SHORT,
     TAKEN,
     UNIT,
     ZERO,
@@ -95,20 +96,30 @@ def share_shape(rows, x, origin, timed):
         about[LENGTH - SKEW] = centre_of(edges, len(alike))
         shape = Shape(about, APART.copy(), np.zeros((SHAPES, SHAPES)))
         shape = _share(rows, alike, timed, True, about, shape, ROUNDS)
+        if not missed and not steep:
+            linearize_anew(rows, alike, x, origin, rest, False, room)
+            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
+            if len(clear) >= LEAST:
+                left = common_rest(rows, clear, x, origin, room)[1]
+                missed = left > 0.0
+                shown = missed
         if shown:
             for _ in range(CLEAR_ROUNDS):
-                rest = common_rest(rows, clear, x, origin, room)
+                rest = common_rest(rows, clear, x, origin, room)[0]
                 linearize_anew(rows, clear, x, origin, rest, True, room)
                 before = rows[clear, 0]
                 shape = _share(rows, clear, timed, False, about, shape, AGAIN)
                 if (np.abs(rows[clear, 0] - before) < STAYS * rows[clear, ERRORS]).all():
                     break
-            rest = common_rest(rows, clear, x, origin, room)
-        for _ in range(MISSED_ROUNDS if shown else 0 if steep else 1):
-            linearize_anew(rows, alike, x, origin, rest, shown, room)
-            shape = _share(rows, alike, timed, not shown, about, shape, AGAIN)
+            rest = common_rest(rows, clear, x, origin, room)[0]
+            for _ in range(MISSED_ROUNDS):
+                linearize_anew(rows, alike, x, origin, rest, True, room)
+                shape = _share(rows, alike, timed, False, about, shape, AGAIN)
+        elif missed and not steep:
+            linearize_anew(rows, alike, x, origin, rest, False, room)
+            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
     if missed:
-        rest = common_rest(rows, clear, x, origin, room)
+        rest = common_rest(rows, clear, x, origin, room)[0]
         correct_misfit(rows, alike, x, origin, left, rest, timed)
 
 
@@ -196,6 +207,7 @@ def _measure(row, i, fits, shape, timed, alone, work):
     if not (0.5 < contact / previous < 2.0 and 0.5 < new[0] / old[0] < 2.0):
         return
     new[FLAT] = math.log(max(flat / middle, 1e-9))
+    kept[SHORT] = min(flat, 0.0)
     for m in range(WIDER):
         kept[NOW + m] = new[m]
     along[0, START] = along[2, 0] = 1.0
