@@ -17,7 +17,7 @@ import numpy as np
 from ..._compiled import allocating, inner
 from ..signal.order_kernels import centre_of
 from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
-from ._misfit import correct_misfit, what_is_left
+from ._misfit import allow_for_few_samples, correct_misfit, what_is_left
 from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import (
     AGAIN,
@@ -121,6 +121,8 @@ def share_shape(rows, x, origin, timed):
     if missed:
         rest = common_rest(rows, clear, x, origin, room)[0]
         correct_misfit(rows, alike, x, origin, left, rest, timed)
+    else:
+        allow_for_few_samples(rows, alike, timed)
 
 
 @allocating
