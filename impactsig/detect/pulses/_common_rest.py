@@ -169,28 +169,29 @@ def common_rest(rows, clear, x, origin, room):
 
 
 @inner
-def _crest_near(b, rest):
+def _crest_near(b, rest, power):
     """How high the family with its rest stands in a stretch, over the crest of the family alone."""
     short = max(EDGE - b - 0.5, b + 0.5 - EDGE - PER_TOP, 0.0) / PER_EDGE
     total = 0.0
     for i in range(b - SMOOTH, b + SMOOTH + 1):
         total += rest[i]
-    return math.cos(0.5 * math.pi * short) - 1.0 + total / (2 * SMOOTH + 1)
+    return math.cos(0.5 * math.pi * short) ** power - 1.0 + total / (2 * SMOOTH + 1)
 
 
 @inner
-def crest_of(rest):
+def crest_of(rest, power):
     """How far the crest of the family with its rest stands above that of the family alone.
 
-    The mean over what is about as high as the greatest, which alone would be noise's choice.
+    The mean over what is about as high as the greatest, which alone would be noise's choice; `power`
+    is that of the edges.
     """
     first, last = EDGE - CREST, EDGE + PER_TOP + CREST
     highest = -1.0
     for b in range(first, last):
-        highest = max(highest, _crest_near(b, rest))
+        highest = max(highest, _crest_near(b, rest, power))
     total = count = 0.0
     for b in range(first, last):
-        one = _crest_near(b, rest)
+        one = _crest_near(b, rest, power)
         if one > highest - ALIKE:
             total += one
             count += 1.0

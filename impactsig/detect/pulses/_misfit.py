@@ -61,7 +61,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     first, last = BETWEEN / min(early, 1.0) ** 2, BETWEEN / min(late, 1.0) ** 2
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest = crest_of(rest)
+    crest = crest_of(rest, math.sqrt(early * late))
     peak = max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
     for k in alike:
         row = rows[k]

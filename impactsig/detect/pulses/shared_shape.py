@@ -204,9 +204,10 @@ def _measure(row, i, fits, shape, timed, alone, work):
     contact = parts.rise + flat + parts.fall
     previous = before.rise + before.flat + before.fall
     moved = new[START] - old[START]
-    if abs(moved) >= 0.5 * previous or kept[ZERO] + new[START] < 0.0:
-        return
-    if not (0.5 < contact / previous < 2.0 and 0.5 < new[0] / old[0] < 2.0):
+    near = abs(moved) < 0.5 * previous and 0.5 < contact / previous < 2.0
+    if not (near and 0.5 < new[0] / old[0] < 2.0) or kept[ZERO] + new[START] < 0.0:
+        if not is_clear(row):
+            _begin_again(kept, shape, previous)
         return
     new[FLAT] = math.log(max(flat / middle, 1e-9))
     kept[SHORT] = min(flat, 0.0)
@@ -226,6 +227,24 @@ def _measure(row, i, fits, shape, timed, alone, work):
         peak = _variance(along[2], i, fits, shape, True, seen, turned) + kept[BESIDE + 2]
         row[2] = new[0] * kept[UNIT]
         row[ERRORS + 2] = math.sqrt(peak) * kept[UNIT]
+
+
+@inner
+def _begin_again(kept, shape, length):
+    """Take a pulse for one of the mean shape, where it is and with its impulse.
+
+    A fit of a faint pulse may be that of one crest of its noise: far from the shape of the others
+    it says nothing of where it is to be linear.
+    """
+    old = kept[ESTIMATE : ESTIMATE + WIDER]
+    new = kept[NOW : NOW + WIDER]
+    for m in range(SKEW, WIDER):
+        new[m] = shape.mean[m - SKEW]
+    new[FLAT] = math.log(max(BRIEF * (math.exp(new[FLAT]) - 1.0), 1e-9))
+    parts = parts_of(new)
+    longer = parts.rise + parts.flat + parts.fall
+    new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
+    new[0] = old[0] * length / longer
 
 
 @inner
