@@ -51,10 +51,11 @@ PER_EDGE, PER_TOP, BEFORE = 20, 10, 0.5
 EDGE = int(PER_EDGE * (1.0 + BEFORE))
 BINS = 2 * EDGE + PER_TOP
 """Stretches: of an edge and half its length before, of the flat top, of all."""
-CREST, SMOOTH = 8, 2
-"""Stretches beside the flat top where the crest may be, and to either side that are averaged."""
-ALIKE = 0.004
-"""Of the height: what lies no farther below the highest stretch is the crest too."""
+CREST = 8
+"""Stretches beside the flat top where the crest may be."""
+ALIKE, NOISE_TOO = 0.001, 1.5
+"""Of the height, and times the noise of a stretch: what lies no farther below the highest stretch is
+the crest too."""
 DOUBT = 3.0 * math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
 """Three standard deviations of the sum of squares of a rest that is noise, each over its variance."""
 EXACT = 1e-3
@@ -169,33 +170,44 @@ def common_rest(rows, clear, x, origin, room):
 
 
 @inner
-def _crest_near(b, rest, power):
+def _height_at(b, rest, power):
     """How high the family with its rest stands in a stretch, over the crest of the family alone."""
     short = max(EDGE - b - 0.5, b + 0.5 - EDGE - PER_TOP, 0.0) / PER_EDGE
-    total = 0.0
-    for i in range(b - SMOOTH, b + SMOOTH + 1):
-        total += rest[i]
-    return math.cos(0.5 * math.pi * short) ** power - 1.0 + total / (2 * SMOOTH + 1)
+    return math.cos(0.5 * math.pi * short) ** power - 1.0 + rest[b]
+
+
+@inner
+def _crest_near(b, rest, power):
+    """The same by the parabola through five stretches, which neither cuts nor raises a crest."""
+    beside = _height_at(b - 1, rest, power) + _height_at(b + 1, rest, power)
+    beyond = _height_at(b - 2, rest, power) + _height_at(b + 2, rest, power)
+    return (17.0 * _height_at(b, rest, power) + 12.0 * beside - 3.0 * beyond) / 35.0
 
 
 @inner
 def crest_of(rest, power):
-    """How far the crest of the family with its rest stands above that of the family alone.
+    """How far the crest of the family with its rest stands above that of the family, and its variance.
 
     The mean over what is about as high as the greatest, which alone would be noise's choice; `power`
     is that of the edges.
     """
     first, last = EDGE - CREST, EDGE + PER_TOP + CREST
-    highest = -1.0
+    highest, rough = -1.0, 0.0
     for b in range(first, last):
         highest = max(highest, _crest_near(b, rest, power))
+        # The third difference of a smooth crest is next to none, that of noise has 20 times its variance.
+        third = _height_at(b - 1, rest, power) - 3.0 * _height_at(b, rest, power)
+        third += 3.0 * _height_at(b + 1, rest, power) - _height_at(b + 2, rest, power)
+        rough += third * third / (20.0 * (last - first))
+    lowest = highest - ALIKE - NOISE_TOO * math.sqrt(rough)
     total = count = 0.0
     for b in range(first, last):
         one = _crest_near(b, rest, power)
-        if one > highest - ALIKE:
+        if one > lowest:
             total += one
             count += 1.0
-    return total / count
+    # Parabolas of neighbours have samples in common: three count as one.
+    return total / count, 17.0 / 35.0 * rough / max(count / 3.0, 1.0)
 
 
 @inner

@@ -20,7 +20,7 @@ from ._touch import STRETCHES, add_edges, read_touch
 from .edges import ERRORS, FIT
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.2, 0.2
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.1, 0.1
 BETWEEN = 0.03
 """Samples, over the square of the power of a steep edge: to no better is a touch between two read."""
 COARSE, UNSEEN = 0.5, 0.25
@@ -61,8 +61,8 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     first, last = BETWEEN / min(early, 1.0) ** 2, BETWEEN / min(late, 1.0) ** 2
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest = crest_of(rest, math.sqrt(early * late))
-    peak = max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
+    crest, peak = crest_of(rest, math.sqrt(early * late))
+    peak += max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
     for k in alike:
         row = rows[k]
         contact = _length(row)
