@@ -54,10 +54,10 @@ BINS = 2 * EDGE + PER_TOP
 CREST = 8
 """Stretches beside the flat top where the crest may be."""
 ALIKE, NOISE_TOO = 0.001, 1.5
-"""Of the height, and times the noise of a stretch: what lies no farther below the highest stretch is
-the crest too."""
+"""Of the height, and times the noise of a stretch: what lies no farther below the highest stretch
+is the crest too."""
 DOUBT = 3.0 * math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
-"""Three standard deviations of the sum of squares of a rest that is noise, each over its variance."""
+"""Three standard deviations of the sum over these stretches of squares of noise over variances."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
 
@@ -186,16 +186,16 @@ def _crest_near(b, rest, power):
 
 @inner
 def crest_of(rest, power):
-    """How far the crest of the family with its rest stands above that of the family, and its variance.
+    """How far the crest of the family with its rest stands above that of the family; its variance.
 
-    The mean over what is about as high as the greatest, which alone would be noise's choice; `power`
-    is that of the edges.
+    The mean over what is about as high as the greatest, which alone would be the choice of noise.
+    `power` is that of the edges.
     """
     first, last = EDGE - CREST, EDGE + PER_TOP + CREST
     highest, rough = -1.0, 0.0
     for b in range(first, last):
         highest = max(highest, _crest_near(b, rest, power))
-        # The third difference of a smooth crest is next to none, that of noise has 20 times its variance.
+        # Of a smooth crest it is next to none, of noise it has 20 times the variance.
         third = _height_at(b - 1, rest, power) - 3.0 * _height_at(b, rest, power)
         third += 3.0 * _height_at(b + 1, rest, power) - _height_at(b + 2, rest, power)
         rough += third * third / (20.0 * (last - first))
@@ -206,8 +206,8 @@ def crest_of(rest, power):
         if one > lowest:
             total += one
             count += 1.0
-    # Parabolas of neighbours have samples in common: three count as one.
-    return total / count, 17.0 / 35.0 * rough / max(count / 3.0, 1.0)
+    # Parabolas of neighbours have samples in common: six count as one.
+    return total / count, 17.0 / 35.0 * rough / max(count / 6.0, 1.0)
 
 
 @inner

@@ -22,7 +22,7 @@ from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.1, 0.1
 BETWEEN = 0.03
-"""Samples, over the square of the power of a steep edge: to no better is a touch between two read."""
+"""Samples, over the square of a steep edge's power: to no better is a touch between two read."""
 COARSE, UNSEEN = 0.5, 0.25
 """Of a sample, over the samples of a contact: how far off a touch is for want of samples.
 

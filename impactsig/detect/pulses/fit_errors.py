@@ -53,8 +53,8 @@ FITTED = np.array([0, 0, SKEW_SD**-2, FLAT_SD**-2, POWER_SD**-2, LENGTH_SD**-2, 
 # its standard error; estimate, score and information; estimate as it
 # stands now. Start of what was reported, which is another where the family does not fit; the place
 # that the estimate counts from, first and last sample from there; what one is in units of the
-# fit; the baseline at that place, its slope, and the noise of a sample; the length of a flat top that
-# is less than none, which NOW cannot hold.
+# fit; the baseline at that place, its slope, and the noise of a sample; the length of a flat top
+# that is less than none, which NOW cannot hold.
 TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, ESTIMATE = 0, 1, 2, 3, 6, 7, 8
 SCORE = ESTIMATE + WIDER
 SQUARE = SCORE + WIDER
