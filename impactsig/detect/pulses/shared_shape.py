@@ -18,7 +18,7 @@ from ..._compiled import allocating, inner
 from ..signal.order_kernels import centre_of
 from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
 from ._misfit import allow_for_few_samples, correct_misfit, what_is_left
-from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
+from ._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import (
     AGAIN,
     APART,
@@ -49,6 +49,9 @@ LEAST = 5
 """Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
+POWER_SEEN = 0.4
+"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
+the length too badly."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 CLEAR_ROUNDS, STAYS = 5, 0.3
@@ -90,11 +93,13 @@ def share_shape(rows, x, origin, timed):
     shown = missed and len(clear) >= LEAST and not steep
     rest, room = np.zeros(BINS), make_room()
     if len(alike) >= LEAST:
-        about, edges = ABOUT.copy(), np.empty(len(alike))
+        about, edges = np.stack((ABOUT, APART)), np.empty(len(alike))
         for i in range(len(alike)):
             edges[i] = rows[alike[i], FIT + EDGE]
-        about[LENGTH - SKEW] = centre_of(edges, len(alike))
-        shape = Shape(about, APART.copy(), np.zeros((SHAPES, SHAPES)))
+        about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
+        if len(clear) >= LEAST:
+            about[1, POWER - SKEW] = POWER_SEEN
+        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)))
         shape = _share(rows, alike, timed, True, about, shape, ROUNDS)
         if not missed and not steep:
             linearize_anew(rows, alike, x, origin, rest, False, room)
