@@ -5,7 +5,7 @@ Fresh synthetic records of load cell and microphone (`benchmarks.recordings`), t
 1 in 20 is held against the truth: the shares that are impacts in five equal bins, and the Brier
 score beside that of a constant. Writes results/probability.json and probability.png.
 
-An event is an impact if one of the machine lies within 1 ms (load cell) or 10 ms (microphone) of it,
+An event is an impact if one of the machine lies within 1 ms (load cell) or 10 ms (microphone),
 one to one, once the constant delay is taken off. The probability says that the machine hit, and
 `time_error` how exactly when: a faint sound that narrow bands alone tell of is known to some 10 ms,
 and is no less of an impact for that.
