@@ -195,11 +195,12 @@ def crest_of(rest, power):
     highest, rough = -1.0, 0.0
     for b in range(first, last):
         highest = max(highest, _crest_near(b, rest, power))
-        # Of a smooth crest it is next to none, of noise it has 20 times the variance.
+        # Of a smooth crest it is next to none, of noise it has 20 times the variance. Squares would
+        # see nothing but the kinks of a flat top.
         third = _height_at(b - 1, rest, power) - 3.0 * _height_at(b, rest, power)
         third += 3.0 * _height_at(b + 1, rest, power) - _height_at(b + 2, rest, power)
-        rough += third * third / (20.0 * (last - first))
-    lowest = highest - ALIKE - NOISE_TOO * math.sqrt(rough)
+        rough += math.sqrt(math.pi / 40.0) * abs(third) / (last - first)
+    lowest = highest - ALIKE - NOISE_TOO * rough
     total = count = 0.0
     for b in range(first, last):
         one = _crest_near(b, rest, power)
@@ -207,7 +208,7 @@ def crest_of(rest, power):
             total += one
             count += 1.0
     # Parabolas of neighbours have samples in common: six count as one.
-    return total / count, 17.0 / 35.0 * rough / max(count / 6.0, 1.0)
+    return total / count, 17.0 / 35.0 * rough**2 / max(count / 6.0, 1.0)
 
 
 @inner

@@ -20,10 +20,10 @@ from ._touch import STRETCHES, add_edges, read_touch
 from .edges import ERRORS, FIT
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.1, 0.1
-BETWEEN = 0.03
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
+BETWEEN = 0.04
 """Samples, over the square of a steep edge's power: to no better is a touch between two read."""
-COARSE, UNSEEN = 0.5, 0.25
+COARSE, UNSEEN = 0.5, 0.15
 """Of a sample, over the samples of a contact: how far off a touch is for want of samples.
 
 Where a misfit shows, and where none does: few samples follow any shape.
