@@ -250,6 +250,7 @@ def _begin_again(kept, shape, length):
     longer = parts.rise + parts.flat + parts.fall
     new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
     new[0] = old[0] * length / longer
+    kept[SHORT] = 0.0
 
 
 @inner
