@@ -40,6 +40,7 @@ from .fit_errors import (
     NOW,
     SCALE,
     SCORE,
+    SHORT,
     SQUARE,
     TILT,
     TO,
@@ -50,10 +51,13 @@ PER_EDGE, PER_TOP, BEFORE = 20, 10, 0.5
 EDGE = int(PER_EDGE * (1.0 + BEFORE))
 BINS = 2 * EDGE + PER_TOP
 """Stretches: of an edge and half its length before, of the flat top, of all."""
-CREST, SMOOTH = 8, 2
-"""Stretches beside the flat top where the crest may be, and to either side that are averaged."""
-ALIKE = 0.004
-"""Of the height: what lies no farther below the highest stretch is the crest too."""
+CREST = 8
+"""Stretches beside the flat top where the crest may be."""
+ALIKE, NOISE_TOO = 0.001, 1.5
+"""Of the height, and times the noise of a stretch: what lies no farther below the highest stretch
+is the crest too."""
+DOUBT = 3.0 * math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
+"""Three standard deviations of the sum over these stretches of squares of noise over variances."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
 
@@ -121,13 +125,16 @@ def _samples(row, x, origin, room):
 
 @allocating
 def common_rest(rows, clear, x, origin, room):
-    """The rest of the shape of clear pulses over their heights, in BINS stretches."""
-    total, weight = np.zeros(BINS), np.zeros(BINS)
+    """The rest of the shape of clear pulses over their heights, in BINS stretches.
+
+    And its mean square over that of the heights, as far as it is more than noise.
+    """
+    total, beyond, weight = np.zeros(BINS), np.zeros(BINS), np.zeros(BINS)
     for j in clear:
         row = rows[j]
         kept = row[FIT:]
         p = kept[NOW : NOW + WIDER].copy()
-        p[POWERS] = 0.0
+        apart, p[POWERS] = p[POWERS], 0.0
         count, per = _samples(row, x, origin, room)
         points, means, curve = room.points[:count], room.means[:count], room.curve
         linearize(p, points, means, curve, room.normal)
@@ -142,41 +149,66 @@ def common_rest(rows, clear, x, origin, room):
             drawn = within.first <= k < within.last
             rest = curve[REST, k - within.first] if drawn else means[k]
             total[place] += one * rest / p[AMPLITUDE]
+            if drawn:
+                at = k - within.first
+                if k < within.fall:
+                    rest -= apart * curve[BY_POWER, at]
+                else:
+                    rest += apart * curve[BY_POWER, at] - kept[SHORT] * curve[BY_START, at]
+            beyond[place] += one * rest / p[AMPLITUDE]
             weight[place] += one
+    square = shown = 0.0
     for b in range(BINS):
         if weight[b] > 0.0:
             total[b] /= weight[b]
+            if EDGE - PER_EDGE <= b < EDGE + PER_TOP + PER_EDGE:
+                square += beyond[b] ** 2 / weight[b] - 1.0
+                shown += weight[b]
             total[b] *= max(1.0 - 1.0 / (weight[b] * total[b] ** 2 + 1e-300), 0.0)
-    return total
+    left = max(square - DOUBT, 0.0) / max(shown, 1e-300)
+    return total, left
 
 
 @inner
-def _crest_near(b, rest):
+def _height_at(b, rest, power):
     """How high the family with its rest stands in a stretch, over the crest of the family alone."""
     short = max(EDGE - b - 0.5, b + 0.5 - EDGE - PER_TOP, 0.0) / PER_EDGE
-    total = 0.0
-    for i in range(b - SMOOTH, b + SMOOTH + 1):
-        total += rest[i]
-    return math.cos(0.5 * math.pi * short) - 1.0 + total / (2 * SMOOTH + 1)
+    return math.cos(0.5 * math.pi * short) ** power - 1.0 + rest[b]
 
 
 @inner
-def crest_of(rest):
-    """How far the crest of the family with its rest stands above that of the family alone.
+def _crest_near(b, rest, power):
+    """The same by the parabola through five stretches, which neither cuts nor raises a crest."""
+    beside = _height_at(b - 1, rest, power) + _height_at(b + 1, rest, power)
+    beyond = _height_at(b - 2, rest, power) + _height_at(b + 2, rest, power)
+    return (17.0 * _height_at(b, rest, power) + 12.0 * beside - 3.0 * beyond) / 35.0
 
-    The mean over what is about as high as the greatest, which alone would be noise's choice.
+
+@inner
+def crest_of(rest, power):
+    """How far the crest of the family with its rest stands above that of the family; its variance.
+
+    The mean over what is about as high as the greatest, which alone would be the choice of noise.
+    `power` is that of the edges.
     """
     first, last = EDGE - CREST, EDGE + PER_TOP + CREST
-    highest = -1.0
+    highest, rough = -1.0, 0.0
     for b in range(first, last):
-        highest = max(highest, _crest_near(b, rest))
+        highest = max(highest, _crest_near(b, rest, power))
+        # Of a smooth crest it is next to none, of noise it has 20 times the variance. Squares would
+        # see nothing but the kinks of a flat top.
+        third = _height_at(b - 1, rest, power) - 3.0 * _height_at(b, rest, power)
+        third += 3.0 * _height_at(b + 1, rest, power) - _height_at(b + 2, rest, power)
+        rough += math.sqrt(math.pi / 40.0) * abs(third) / (last - first)
+    lowest = highest - ALIKE - NOISE_TOO * rough
     total = count = 0.0
     for b in range(first, last):
-        one = _crest_near(b, rest)
-        if one > highest - ALIKE:
+        one = _crest_near(b, rest, power)
+        if one > lowest:
             total += one
             count += 1.0
-    return total / count
+    # Parabolas of neighbours have samples in common: six count as one.
+    return total / count, 17.0 / 35.0 * rough**2 / max(count / 6.0, 1.0)
 
 
 @inner

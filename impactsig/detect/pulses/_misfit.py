@@ -20,9 +20,14 @@ from ._touch import STRETCHES, add_edges, read_touch
 from .edges import ERRORS, FIT
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.2, 0.2
-BETWEEN = 0.05
-"""Samples: to no better is a touch between two read, since the foot there is not seen."""
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
+BETWEEN = 0.04
+"""Samples, over the square of a steep edge's power: to no better is a touch between two read."""
+COARSE, UNSEEN = 0.5, 0.15
+"""Of a sample, over the samples of a contact: how far off a touch is for want of samples.
+
+Where a misfit shows, and where none does: few samples follow any shape.
+"""
 FARTHEST = 0.2
 """Contact times that a fit is moved."""
 
@@ -53,23 +58,40 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     start, start_variance = read_touch(edges[0], early, OFF_START * r / rise)
     end, end_variance = read_touch(edges[1], late, OFF_END * r / fall)
     start, end = start * rise, -end * fall
-    between = BETWEEN**2
+    first, last = BETWEEN / min(early, 1.0) ** 2, BETWEEN / min(late, 1.0) ** 2
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest = crest_of(rest)
-    peak = max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
+    crest, peak = crest_of(rest, math.sqrt(early * late))
+    peak += max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
     for k in alike:
         row = rows[k]
         contact = _length(row)
         row[0] = max(row[0] + start * contact, 0.0)
-        row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2 + between)
+        row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2)
         if timed:
             row[1] += (end - start) * contact
-            more = (start_variance + end_variance) * contact**2 + 2.0 * between
+            more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
+        _add_touches(row, first, last, COARSE / contact, timed)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
+
+
+@inner
+def allow_for_few_samples(rows, alike, timed):
+    """Increase the errors of pulses that the family follows by what few samples do not show."""
+    for k in alike:
+        _add_touches(rows[k], 0.0, 0.0, UNSEEN / _length(rows[k]), timed)
+
+
+@inner
+def _add_touches(row, first, last, coarse, timed):
+    """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
+    first, last = math.hypot(first, coarse), math.hypot(last, coarse)
+    row[ERRORS] = math.hypot(row[ERRORS], first)
+    if timed:
+        row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)
 
 
 @inner

@@ -121,7 +121,8 @@ def set_free(kept):
 def estimate_shape(fits, about, before, rounds):
     """Estimate the shape that fits share; fills in their steps and covariances.
 
-    It is looked for from the shape `before`, in so many rounds.
+    It is looked for from the shape `before`, in so many rounds; `about` (2, s) is where its mean is
+    expected, and how far from there.
     """
     n, s = fits.score.shape[1], SHAPES
     mean, spread = before.mean.copy(), before.spread.copy()
@@ -163,8 +164,8 @@ def estimate_shape(fits, about, before, rounds):
                 own += off * off
                 shown += share
                 square += share * share
-            information[a, a] += n * weight[a] + APART[a] ** -2.0
-            towards[a] = (about[a] - mean[a]) / APART[a] ** 2 + weight[a] * moved
+            information[a, a] += n * weight[a] + about[1, a] ** -2.0
+            towards[a] = (about[0, a] - mean[a]) / about[1, a] ** 2 + weight[a] * moved
             if turn == rounds - 1:
                 continue
             variance = spread[a] ** 2
@@ -173,7 +174,7 @@ def estimate_shape(fits, about, before, rounds):
             variance += max(gain / (square + WEIGHT), -0.9 * variance)
             mode[a] = np.sqrt(variance)
             # The last round allows for what is not known of it.
-            wide = min(UNSURE * error, APART[a] ** 2) if turn == rounds - 2 else 0.0
+            wide = min(UNSURE * error, about[1, a] ** 2) if turn == rounds - 2 else 0.0
             spread[a] = np.sqrt(variance + wide)
         for a in range(s):
             for b in range(s):

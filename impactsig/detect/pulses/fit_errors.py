@@ -53,13 +53,14 @@ FITTED = np.array([0, 0, SKEW_SD**-2, FLAT_SD**-2, POWER_SD**-2, LENGTH_SD**-2, 
 # its standard error; estimate, score and information; estimate as it
 # stands now. Start of what was reported, which is another where the family does not fit; the place
 # that the estimate counts from, first and last sample from there; what one is in units of the
-# fit; the baseline at that place, its slope, and the noise of a sample.
+# fit; the baseline at that place, its slope, and the noise of a sample; the length of a flat top
+# that is less than none, which NOW cannot hold.
 TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, ESTIMATE = 0, 1, 2, 3, 6, 7, 8
 SCORE = ESTIMATE + WIDER
 SQUARE = SCORE + WIDER
 NOW = SQUARE + WIDER * WIDER
 MADE = NOW + WIDER
-ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, KEPT = range(MADE + 1, MADE + 9)
+ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, SHORT, KEPT = range(MADE + 1, MADE + 10)
 
 
 @allocating
@@ -117,7 +118,7 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
         keep[BESIDE + m] = baseline
 
     noise = max(variance, 1.0)
-    keep[UNIT], keep[EDGE] = unit, log_edge
+    keep[UNIT], keep[EDGE], keep[SHORT] = unit, log_edge, 0.0
     for i in range(WIDER):
         keep[ESTIMATE + i] = keep[NOW + i] = p[i] if i < PARAMETERS else 0.0
         keep[SCORE + i] = normal[i, WIDER] / noise

@@ -17,8 +17,8 @@ import numpy as np
 from ..._compiled import allocating, inner
 from ..signal.order_kernels import centre_of
 from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
-from ._misfit import correct_misfit, what_is_left
-from ._model import FLAT, LENGTH, SKEW, START, WIDER, parts_of
+from ._misfit import allow_for_few_samples, correct_misfit, what_is_left
+from ._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import (
     AGAIN,
     APART,
@@ -39,6 +39,7 @@ from .fit_errors import (
     LEFT_SD,
     MADE,
     NOW,
+    SHORT,
     TAKEN,
     UNIT,
     ZERO,
@@ -48,6 +49,9 @@ LEAST = 5
 """Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
+POWER_SEEN = 0.4
+"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
+the length too badly."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 CLEAR_ROUNDS, STAYS = 5, 0.3
@@ -89,27 +93,41 @@ def share_shape(rows, x, origin, timed):
     shown = missed and len(clear) >= LEAST and not steep
     rest, room = np.zeros(BINS), make_room()
     if len(alike) >= LEAST:
-        about, edges = ABOUT.copy(), np.empty(len(alike))
+        about, edges = np.stack((ABOUT, APART)), np.empty(len(alike))
         for i in range(len(alike)):
             edges[i] = rows[alike[i], FIT + EDGE]
-        about[LENGTH - SKEW] = centre_of(edges, len(alike))
-        shape = Shape(about, APART.copy(), np.zeros((SHAPES, SHAPES)))
+        about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
+        if len(clear) >= LEAST:
+            about[1, POWER - SKEW] = POWER_SEEN
+        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)))
         shape = _share(rows, alike, timed, True, about, shape, ROUNDS)
+        if not missed and not steep:
+            linearize_anew(rows, alike, x, origin, rest, False, room)
+            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
+            if len(clear) >= LEAST:
+                left = common_rest(rows, clear, x, origin, room)[1]
+                missed = left > 0.0
+                shown = missed
         if shown:
             for _ in range(CLEAR_ROUNDS):
-                rest = common_rest(rows, clear, x, origin, room)
+                rest = common_rest(rows, clear, x, origin, room)[0]
                 linearize_anew(rows, clear, x, origin, rest, True, room)
                 before = rows[clear, 0]
                 shape = _share(rows, clear, timed, False, about, shape, AGAIN)
                 if (np.abs(rows[clear, 0] - before) < STAYS * rows[clear, ERRORS]).all():
                     break
-            rest = common_rest(rows, clear, x, origin, room)
-        for _ in range(MISSED_ROUNDS if shown else 0 if steep else 1):
-            linearize_anew(rows, alike, x, origin, rest, shown, room)
-            shape = _share(rows, alike, timed, not shown, about, shape, AGAIN)
+            rest = common_rest(rows, clear, x, origin, room)[0]
+            for _ in range(MISSED_ROUNDS):
+                linearize_anew(rows, alike, x, origin, rest, True, room)
+                shape = _share(rows, alike, timed, False, about, shape, AGAIN)
+        elif missed and not steep:
+            linearize_anew(rows, alike, x, origin, rest, False, room)
+            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
     if missed:
-        rest = common_rest(rows, clear, x, origin, room)
+        rest = common_rest(rows, clear, x, origin, room)[0]
         correct_misfit(rows, alike, x, origin, left, rest, timed)
+    else:
+        allow_for_few_samples(rows, alike, timed)
 
 
 @allocating
@@ -191,11 +209,13 @@ def _measure(row, i, fits, shape, timed, alone, work):
     contact = parts.rise + flat + parts.fall
     previous = before.rise + before.flat + before.fall
     moved = new[START] - old[START]
-    if abs(moved) >= 0.5 * previous or kept[ZERO] + new[START] < 0.0:
-        return
-    if not (0.5 < contact / previous < 2.0 and 0.5 < new[0] / old[0] < 2.0):
+    near = abs(moved) < 0.5 * previous and 0.5 < contact / previous < 2.0
+    if not (near and 0.5 < new[0] / old[0] < 2.0) or kept[ZERO] + new[START] < 0.0:
+        if not is_clear(row):
+            _begin_again(kept, shape, previous)
         return
     new[FLAT] = math.log(max(flat / middle, 1e-9))
+    kept[SHORT] = min(flat, 0.0)
     for m in range(WIDER):
         kept[NOW + m] = new[m]
     along[0, START] = along[2, 0] = 1.0
@@ -212,6 +232,25 @@ def _measure(row, i, fits, shape, timed, alone, work):
         peak = _variance(along[2], i, fits, shape, True, seen, turned) + kept[BESIDE + 2]
         row[2] = new[0] * kept[UNIT]
         row[ERRORS + 2] = math.sqrt(peak) * kept[UNIT]
+
+
+@inner
+def _begin_again(kept, shape, length):
+    """Take a pulse for one of the mean shape, where it is and with its impulse.
+
+    A fit of a faint pulse may be that of one crest of its noise: far from the shape of the others
+    it says nothing of where it is to be linear.
+    """
+    old = kept[ESTIMATE : ESTIMATE + WIDER]
+    new = kept[NOW : NOW + WIDER]
+    for m in range(SKEW, WIDER):
+        new[m] = shape.mean[m - SKEW]
+    new[FLAT] = math.log(max(BRIEF * (math.exp(new[FLAT]) - 1.0), 1e-9))
+    parts = parts_of(new)
+    longer = parts.rise + parts.flat + parts.fall
+    new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
+    new[0] = old[0] * length / longer
+    kept[SHORT] = 0.0
 
 
 @inner
