@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import inner, kernel
 from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
@@ -141,11 +141,11 @@ def valley(x, a, b):
     return best
 
 
-@allocating
-def remove_baseline(x, a, b, c, d, sigma, height, at_top):
+@inner
+def remove_baseline(x, a, b, c, d, sigma, height, at_top, side):
     """Subtract the line through x[a:b] and x[c:d], in place (a level if one is empty).
 
-    Returns it, with its value at index `at_top`.
+    Returns it, with its value at index `at_top`. `side` is room for as many values as x has.
 
     Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
     """
@@ -178,7 +178,6 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
     if scatter < 0.5 * sigma:
         error = sigma  # rounded to the same step, all of them
     elif scatter > max(2.0 * sigma, 0.05 * height):
-        side = np.empty(count)
         for i in range(left):
             side[i] = x[a + i]
         for i in range(right):
