@@ -18,7 +18,7 @@ from .judging import LEAST_SAMPLES
 from .span import NO_EVENTS
 from .spans import LEAST, Spans
 
-FIRST, AGREED, MANY = 2, 0.9, 10
+FIRST, AGREED, MANY = 2, 0.7, 10
 """Steepest stretches that are looked at first; the lead, and the clear events in it, that make it
 needless to look at the others."""
 HUMS = 2
@@ -182,7 +182,7 @@ def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
 
 
 def _spans_of(x: np.ndarray, sign: float, grid: Grid, constant: float) -> Spans:
-    spans = Spans(grid, len(x), constant=constant)
+    spans = Spans(grid, len(x), constant=constant, part=False)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
         spans.load(x[first:last], 0.0, sign)
