@@ -126,11 +126,12 @@ def measure_pulse(
     """
     keep[MADE], keep[SCALE] = np.nan, 0.0
     reach = measure_reach(width)
-    lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
+    lo, hi = max(origin, peak - reach), min(origin + len(signal), peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
     x = room.samples[0, : hi - lo]
-    for i in range(hi - lo):
-        x[i] = signal[lo - origin + i]
+    around = signal[lo - origin : hi - origin]
+    for i in range(len(x)):
+        x[i] = around[i]
     top, crest = summit(x, place, base, width, sigma)
     height = crest - base
     if not stands_out(x, top, width, crest - 0.4 * height):
