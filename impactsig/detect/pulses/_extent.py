@@ -115,5 +115,6 @@ def level_out(x, top, extent, place, width, sigma, colour, height, room):
         first = max(first, place.before - place.lo + 2 * width)
     if place.after < place.hi:
         last = min(last, place.after - place.lo - 2 * width)
-    line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top, room)
+    a, d = left - margin, right + margin + 1
+    line = remove_baseline(x, first, a, d, last, sigma, height, top, room)
     return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope, line.tilt)

@@ -112,9 +112,7 @@ def descend(pair, seen, p, room):
             for i in range(n):
                 trial[i] = p[i] + min(max(step[i], -longest[i]), longest[i])
             other = 1 - now
-            new_misfit, new_cost = _cost(
-                pair, trial, seen, room.curves[other], room.normals[other]
-            )
+            new_misfit, new_cost = _cost(pair, trial, seen, room.curves[other], room.normals[other])
             if new_cost < cost:
                 gain = cost - new_cost
                 for i in range(n):
