@@ -12,7 +12,7 @@ from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
 from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
 
-FOUND = 0.1  # of the cost, in variances of the noise: a step that promises or gains less ends it
+FOUND = 0.03  # of the cost, in variances of the noise: a step that promises or gains less ends it
 MOST = 30  # steps
 # Logarithms move by little a step, so no exponential overflows.
 LONGEST_STEP = np.array(
