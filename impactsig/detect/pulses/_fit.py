@@ -12,8 +12,8 @@ from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
 from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
 
-# Of the cost, in variances of the noise: a step that promises or gains less ends the fit of a pulse,
-# which the shared shape moves once more, and that of a pair.
+# Of the cost, in variances of the noise: a step that promises or gains less ends the fit of one
+# pulse, which the shared shape moves once more, and that of a pair.
 FOUND, FOUND_PAIR = 0.03, 0.01
 MOST = 30  # steps
 # Logarithms move by little a step, so no exponential overflows.
