@@ -7,6 +7,9 @@ import pytest
 
 import impactsig
 from impactsig.detect.pulses._extent import Place, summit
+from impactsig.detect.pulses.edges import FIT
+from impactsig.detect.pulses.fit_errors import KEPT
+from impactsig.detect.pulses.pulse import measure_all
 from impactsig.impacts import CLIPPED
 
 
@@ -22,6 +25,17 @@ def half_sines(starts, length, height=1.0, samples=6000):
         u = (t - start) / length
         x += np.where((u > 0) & (u < 1), peak * np.sin(np.pi * u), 0.0)
     return x
+
+
+def test_a_wide_pulse_is_measured_within_the_samples_at_hand():
+    # 12 widths to either side are looked at, where there are as many.
+    x = half_sines([100.3], 100.0, samples=1000)
+    x[750:] = np.nan  # too far from it to count
+    events, rows = np.array([[2150.0, 0.0, 74.0, 1.0]]), np.empty((1, FIT + KEPT))
+    again = np.ones(1, np.bool_)
+    measure_all(x, 2000, 9000, events, again, 0.0, -1.0, 9000.0, 0.0, False, rows)
+    np.testing.assert_allclose(rows[0, :2], [2100.3, 100.0], atol=0.05)
+    assert rows[0, 5] == 0
 
 
 @pytest.mark.parametrize("heights", [(1.0, 3.0), (3.0, 1.0)])

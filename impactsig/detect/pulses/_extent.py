@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import inner, kernel
 from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from .edges import Baseline, remove_baseline, valley, walk
 
@@ -104,8 +104,8 @@ def extent_of(x, top, place, base, height, width, sigma):
     return Extent(left, right, left_limit, right_limit), flags
 
 
-@allocating
-def level_out(x, top, extent, place, width, sigma, colour, height):
+@inner
+def level_out(x, top, extent, place, width, sigma, colour, height, room):
     """Subtract the baseline beside the pulse, clear of its neighbours."""
     left, right = extent.left, extent.right
     margin = 2 + (right - left) // 4
@@ -115,5 +115,6 @@ def level_out(x, top, extent, place, width, sigma, colour, height):
         first = max(first, place.before - place.lo + 2 * width)
     if place.after < place.hi:
         last = min(last, place.after - place.lo - 2 * width)
-    line = remove_baseline(x, first, left - margin, right + margin + 1, last, sigma, height, top)
+    a, d = left - margin, right + margin + 1
+    line = remove_baseline(x, first, a, d, last, sigma, height, top, room)
     return Baseline(line.at_top, line.centre, colour * line.level, colour * line.slope, line.tilt)

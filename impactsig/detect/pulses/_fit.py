@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, inner
-from ._model import FLAT, WIDER, pulse_cost, room_for
+from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
 from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
 
-FOUND = 1e-2  # of the cost, in variances of the noise: a step that promises or gains less ends it
+# Of the cost, in variances of the noise: a step that promises or gains less ends the fit of one
+# pulse, which the shared shape moves once more, and that of a pair.
+FOUND, FOUND_PAIR = 0.03, 0.01
 MOST = 30  # steps
 # Logarithms move by little a step, so no exponential overflows.
 LONGEST_STEP = np.array(
@@ -36,6 +38,28 @@ class Fit(NamedTuple):
     curve: np.ndarray
 
 
+class Room(NamedTuple):
+    """Room for a fit: two places for normal equations and curves, one of which has the result."""
+
+    normals: np.ndarray
+    curves: np.ndarray
+    low: np.ndarray
+    step: np.ndarray
+    trial: np.ndarray
+
+
+@allocating
+def room_to_fit(points):
+    """Room for fits of one pulse to so many points, or, for none, of two."""
+    return Room(
+        np.empty((2, WIDER, WIDER + 1)),
+        np.zeros((2, CURVE, points + LANES)),
+        np.empty((PARAMETERS, PARAMETERS)),
+        np.empty(PARAMETERS),
+        np.empty(PARAMETERS),
+    )
+
+
 @allocating
 def fit_pulse(points, x, log_edge, p):
     """Fit one pulse from `p`, in place; returns a Fit.
@@ -43,13 +67,15 @@ def fit_pulse(points, x, log_edge, p):
     Points lie at equal distances. x and the height are in units of the noise; log_edge is the
     logarithm of a typical edge's length.
     """
-    return _descend(False, Seen(points, x, log_edge), p)
+    room = room_to_fit(len(points))
+    misfit, at = descend(False, Seen(points, x, log_edge), p, room)
+    return Fit(misfit, room.normals[at], room.curves[at])
 
 
 @allocating
 def fit_pair(points, x, p):
     """Fit two half-sines from `p`, in place; returns the residual variance over the noise's."""
-    return _descend(True, Seen(points, x, 0.0), p).misfit
+    return descend(True, Seen(points, x, 0.0), p, room_to_fit(0))[0]
 
 
 @inner
@@ -60,16 +86,16 @@ def _cost(pair, p, seen, curve, normal):
     return pulse_cost(p, seen.points, seen.x, seen.log_edge, curve, normal)
 
 
-@allocating
-def _descend(pair, seen, p):
+@inner
+def descend(pair, seen, p, room):
+    """Fit one pulse, or a `pair`: the misfit, and which place of the room has the result."""
     n, longest = len(p), LONGEST_STEP[1 if pair else 0]
-    here, there = np.empty((WIDER, WIDER + 1)), np.empty((WIDER, WIDER + 1))
-    low, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
-    room = 0 if pair else len(seen.points)
-    curve, other = room_for(room), room_for(room)
-    misfit, cost = _cost(pair, p, seen, curve, here)
+    low, step, trial = room.low, room.step, room.trial
+    now, enough = 0, FOUND_PAIR if pair else FOUND
+    misfit, cost = _cost(pair, p, seen, room.curves[now], room.normals[now])
     damping = 1e-2
     for _ in range(MOST):
+        here = room.normals[now]
         for i in range(n):
             for j in range(i):
                 low[i, j] = here[i, j]
@@ -80,22 +106,22 @@ def _descend(pair, seen, p):
             promised = 0.0
             for i in range(n):
                 promised += step[i] * here[i, WIDER]
-            if promised * (1.0 + damping) < FOUND:
+            if promised * (1.0 + damping) < enough:
                 break
             if not pair:
                 # The shape is linear in the length of the flat top, not in its logarithm.
                 step[FLAT] = math.log(max(1.0 + step[FLAT], 0.3))
             for i in range(n):
                 trial[i] = p[i] + min(max(step[i], -longest[i]), longest[i])
-            new_misfit, new_cost = _cost(pair, trial, seen, other, there)
+            other = 1 - now
+            new_misfit, new_cost = _cost(pair, trial, seen, room.curves[other], room.normals[other])
             if new_cost < cost:
                 gain = cost - new_cost
                 for i in range(n):
                     p[i] = trial[i]
-                here, there = there, here
-                curve, other = other, curve
+                now = other
                 misfit, cost = new_misfit, new_cost
-                if gain < FOUND:
+                if gain < enough:
                     break
                 damping *= 0.1
                 continue
@@ -103,4 +129,4 @@ def _descend(pair, seen, p):
         damping = max(10.0 * damping, 0.01)
         if damping > 1e6:
             break
-    return Fit(misfit / len(seen.points), here, curve)
+    return misfit / len(seen.points), now

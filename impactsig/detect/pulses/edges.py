@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import inner, kernel, njit
 from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
@@ -141,11 +141,12 @@ def valley(x, a, b):
     return best
 
 
-@allocating
-def remove_baseline(x, a, b, c, d, sigma, height, at_top):
+# reassoc: sums over the samples run in lanes.
+@njit(nogil=True, error_model="numpy", _nrt=False, fastmath={"reassoc", "nsz", "contract"})
+def remove_baseline(x, a, b, c, d, sigma, height, at_top, side):
     """Subtract the line through x[a:b] and x[c:d], in place (a level if one is empty).
 
-    Returns it, with its value at index `at_top`.
+    Returns it, with its value at index `at_top`. `side` is room for as many values as x has.
 
     Where the sides scatter far more than noise does (ringing, a neighbour), their median is used.
     """
@@ -155,13 +156,15 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
         return Baseline(0.0, float(at_top), sigma, 0.0, 0.0)
     # Places are counted from the middle of both, which those of whole numbers have in closed form.
     centre = (left * 0.5 * (a + b - 1) + right * 0.5 * (c + d - 1)) / count
+    before, after = x[a : a + left], x[c : c + right]
+    early, late = a - centre, c - centre
     total = cross = 0.0
-    for i in range(a, a + left):
-        total += x[i]
-        cross += (i - centre) * x[i]
-    for i in range(c, c + right):
-        total += x[i]
-        cross += (i - centre) * x[i]
+    for i in range(left):
+        total += before[i]
+        cross += (i + early) * before[i]
+    for i in range(right):
+        total += after[i]
+        cross += (i + late) * after[i]
     mean, slope, slope_error = total / count, 0.0, 0.0
     if left >= 4 and right >= 4:
         square = left * (left * left - 1.0) / 12.0 + right * (right * right - 1.0) / 12.0
@@ -169,20 +172,19 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top):
         square += right * (0.5 * (c + d - 1) - centre) ** 2
         slope, slope_error = cross / square, sigma / math.sqrt(square)
     scatter = 0.0
-    for i in range(a, a + left):
-        scatter += (x[i] - mean - slope * (i - centre)) ** 2
-    for i in range(c, c + right):
-        scatter += (x[i] - mean - slope * (i - centre)) ** 2
+    for i in range(left):
+        scatter += (before[i] - mean - slope * (i + early)) ** 2
+    for i in range(right):
+        scatter += (after[i] - mean - slope * (i + late)) ** 2
     scatter = math.sqrt(scatter / count)
     error = sigma / math.sqrt(count)
     if scatter < 0.5 * sigma:
         error = sigma  # rounded to the same step, all of them
     elif scatter > max(2.0 * sigma, 0.05 * height):
-        side = np.empty(count)
         for i in range(left):
-            side[i] = x[a + i]
+            side[i] = before[i]
         for i in range(right):
-            side[left + i] = x[c + i]
+            side[left + i] = after[i]
         mean, slope, slope_error = centre_of(side, count), 0.0, 0.0
         error = scatter * math.sqrt(0.5 * math.pi / count)
     for i in range(len(x)):

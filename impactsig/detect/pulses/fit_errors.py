@@ -13,6 +13,7 @@ in what the fit leaves; `shared_shape.py` makes errors of it, from all pulses of
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,8 +64,34 @@ MADE = NOW + WIDER
 ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, SHORT, KEPT = range(MADE + 1, MADE + 10)
 
 
+class ErrorRoom(NamedTuple):
+    """Room for the errors of a fit."""
+
+    factors: np.ndarray
+    bins: np.ndarray
+    level: np.ndarray
+    slope: np.ndarray
+    along: np.ndarray
+    shift: np.ndarray
+    errors: np.ndarray
+
+
 @allocating
-def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
+def room_for_errors():
+    """Room for the errors of a fit."""
+    return ErrorRoom(
+        np.empty((WIDER, WIDER)),
+        np.empty((BINS, WIDER + 2)),
+        np.empty(WIDER),
+        np.empty(WIDER),
+        np.empty((3, WIDER)),
+        np.empty(WIDER),
+        np.empty(3),
+    )
+
+
+@inner
+def fit_errors(points, log_edge, p, fit, per, unit, seen, keep, room):
     """Standard errors of start, contact and peak of a fit.
 
     Parameters
@@ -81,14 +108,16 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
         What the pulse was measured in.
     keep : array (KEPT,)
         Takes the fit, but for the first column.
+    room : ErrorRoom
     """
     noise = seen.noise / (unit * math.sqrt(per))
     variance = noise * noise
-    normal, factors = fit.normal, np.empty((WIDER, WIDER))
+    normal, factors = fit.normal, room.factors
     add_priors(p, log_edge, -1.0, normal)
     parts = parts_of(p)
-    bins, level, slope = np.zeros((BINS, WIDER + 2)), np.zeros(WIDER), np.zeros(WIDER)
-    _add_up(p, parts, points, seen.baseline.centre, fit.curve, bins, level, slope)
+    bins, level, slope = room.bins, room.level, room.slope
+    bins[:], level[:], slope[:] = 0.0, 0.0, 0.0
+    _add_up(p, parts, points, seen.baseline.centre, fit.curve, bins, level, slope, room.shift)
     left = within = 0.0
     for b in range(BINS):
         off, count = bins[b, WIDER], bins[b, WIDER + 1]
@@ -102,12 +131,13 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep):
     for i in range(WIDER):
         level[i] *= seen.baseline.level / unit
         slope[i] *= seen.baseline.slope / unit
-    along = np.zeros((3, WIDER))
+    along, shift, errors = room.along, room.shift, room.errors
+    along[:] = 0.0
     along[0, START] = along[2, AMPLITUDE] = 1.0
     put_contact(parts, along[1])
-    errors = np.empty(3)
     for m in range(3):
-        shift = along[m].copy()
+        for i in range(WIDER):
+            shift[i] = along[m, i]
         solve(factors, shift)
         baseline = _product(shift, level) ** 2 + _product(shift, slope) ** 2
         total = variance * _product(along[m], shift) + baseline
@@ -153,13 +183,12 @@ def _factor_with(normal, factors):
     factor(factors)
 
 
-@allocating
-def _add_up(p, parts, points, centre, curve, bins, level, slope):
+@inner
+def _add_up(p, parts, points, centre, curve, bins, level, slope, j):
     """Add up derivatives J, residuals and points in stretches; J^T 1, and J^T (t - centre)."""
     end = parts.rise + parts.flat + parts.fall
     turn = 0.5 * (2.0 * parts.rise + parts.flat)
     first, fall, last = inside(p, parts, points)
-    j = np.zeros(WIDER)
     for k in range(last - first):
         at = points[first + k]
         u = at - p[START]

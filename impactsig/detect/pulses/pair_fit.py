@@ -24,13 +24,20 @@ SHARES = np.array(
 def begin_pair(points, x, first, last, p):
     """Initial guess of a pair between first and last touch, into `p`."""
     best = np.inf
+    per = points[1] - points[0]
     for share in SHARES:
         length = share * (last - first)
         second = last - length
+        pace = math.pi / length
+        turn_s, turn_c = math.sin(pace * per), math.cos(pace * per)
+        early, late = pace * (points[0] - first), pace * (points[0] - second)
+        s, c, z, w = math.sin(early), math.cos(early), math.sin(late), math.cos(late)
         aa = ab = bb = ax = bx = xx = 0.0
         for k in range(len(points)):
-            a = _half_sine_at(points[k] - first, length)
-            b = _half_sine_at(points[k] - second, length)
+            a = s if 0.0 < points[k] - first < length else 0.0
+            b = z if 0.0 < points[k] - second < length else 0.0
+            s, c = s * turn_c + c * turn_s, c * turn_c - s * turn_s
+            z, w = z * turn_c + w * turn_s, w * turn_c - z * turn_s
             aa += a * a
             ab += a * b
             bb += b * b
@@ -51,11 +58,6 @@ def begin_pair(points, x, first, last, p):
 
 
 @inner
-def _half_sine_at(u, length):
-    return math.sin(math.pi * u / length) if 0.0 < u < length else 0.0
-
-
-@inner
 def pair_cost(p, points, x, normal):
     """Misfit and cost with the prior at `p`; writes the normal equations into `normal`."""
     for i in range(PAIR):
@@ -63,17 +65,28 @@ def pair_cost(p, points, x, normal):
             normal[i, j] = 0.0
     misfit = 0.0
     first, second = math.exp(p[2]), math.exp(p[5])
+    per = points[1] - points[0]
+    # Sines and cosines of points at equal distances, each from the one before.
+    one, other = math.pi / first, math.pi / second
+    one_s, one_c = math.sin(one * per), math.cos(one * per)
+    other_s, other_c = math.sin(other * per), math.cos(other * per)
+    early, late = one * (points[0] - p[1]), other * (points[0] - p[4])
+    s, c, z, w = math.sin(early), math.cos(early), math.sin(late), math.cos(late)
     for k in range(len(points)):
         e = x[k]
         u, v = points[k] - p[1], points[k] - p[4]
         in_first, in_second = 0.0 < u < first, 0.0 < v < second
         f = f_start = f_log = g = g_start = g_log = 0.0
         if in_first:
-            f, f_start, f_log = _slopes(p[0], u, first)
+            f, f_start = s, -p[0] * one * c
+            f_log = f_start * u
             e -= p[0] * f
         if in_second:
-            g, g_start, g_log = _slopes(p[3], v, second)
+            g, g_start = z, -p[3] * other * w
+            g_log = g_start * v
             e -= p[3] * g
+        s, c = s * one_c + c * one_s, c * one_c - s * one_s
+        z, w = z * other_c + w * other_s, w * other_c - z * other_s
         misfit += e * e
         if in_first:
             _add(normal, 0, f, f_start, f_log, e)
@@ -97,14 +110,6 @@ def pair_cost(p, points, x, normal):
     normal[2, -1] += unlike / ALIKE_SD
     normal[5, -1] -= unlike / ALIKE_SD
     return misfit, misfit + unlike * unlike
-
-
-@inner
-def _slopes(height, u, length):
-    """A unit half-sine at u, and its derivatives by start and log length."""
-    angle = math.pi * u / length
-    cosine = -height * math.cos(angle)
-    return math.sin(angle), cosine * math.pi / length, cosine * angle
 
 
 @inner

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating
+from ..._compiled import allocating, inner
 from ._errors import (
     UNKNOWN,
     Errors,
@@ -25,7 +25,9 @@ from ._errors import (
     with_level,
 )
 from ._extent import Place, extent_of, level_out, stands_out, summit
-from ._fit import fit_pulse
+from ._fit import Fit, descend, room_to_fit
+from ._fit import Room as FitRoom
+from ._fit import Seen as Series
 from ._model import MAX_POINTS, PARAMETERS, START, parts_of, put_parameters
 from .edges import ERRORS, FIT, NO_PULSE, crest_at, crossing, integral, touch
 from .fit_errors import (
@@ -40,7 +42,9 @@ from .fit_errors import (
     TO,
     UNIT,
     ZERO,
+    ErrorRoom,
     fit_errors,
+    room_for_errors,
 )
 
 STEEP = 0.05  # of the flat top: shorter edges are read off the samples
@@ -60,13 +64,24 @@ class Pulse(NamedTuple):
     errors: Errors
 
 
-@allocating
+class Room(NamedTuple):
+    """Room for the measurement of a pulse."""
+
+    samples: np.ndarray  # (2, n)
+    points: np.ndarray
+    means: np.ndarray
+    p: np.ndarray
+    fit: FitRoom
+    errors: ErrorRoom
+
+
+@inner
 def measure_reach(width):
     """Samples on either side of its peak that the measurement of a pulse uses."""
     return 12 * width + 16
 
 
-@allocating
+@inner
 def measure_pulse(
     signal,
     origin,
@@ -81,6 +96,7 @@ def measure_pulse(
     level,
     relative,
     keep,
+    room,
 ):
     """Measure the pulse around `peak`.
 
@@ -106,14 +122,16 @@ def measure_pulse(
         relative; 0 for the touch itself.
     keep : array
         Takes the fit: columns as in `fit_errors.py`; the first is NaN if none is taken.
+    room : Room
     """
     keep[MADE], keep[SCALE] = np.nan, 0.0
     reach = measure_reach(width)
-    lo, hi = max(0, peak - reach), min(total, peak + reach + 1)
+    lo, hi = max(origin, peak - reach), min(origin + len(signal), peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
-    x = np.empty(hi - lo)
-    for i in range(hi - lo):
-        x[i] = signal[lo - origin + i]
+    x = room.samples[0, : hi - lo]
+    around = signal[lo - origin : hi - origin]
+    for i in range(len(x)):
+        x[i] = around[i]
     top, crest = summit(x, place, base, width, sigma)
     height = crest - base
     if not stands_out(x, top, width, crest - 0.4 * height):
@@ -121,7 +139,7 @@ def measure_pulse(
     extent, flags = extent_of(x, top, place, base, height, width, sigma)
     for i in range(len(x)):
         x[i] -= base
-    baseline = level_out(x, top, extent, place, width, sigma, colour, height)
+    baseline = level_out(x, top, extent, place, width, sigma, colour, height, room.samples[1])
     height -= baseline.at_top
     if height <= 0.0:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
@@ -131,7 +149,7 @@ def measure_pulse(
     fits, start, contact, rise, errors = False, 0.0, 0.0, 0.0, UNKNOWN
     if flags == 0:
         fits, start, contact, rise, crest, errors = _by_shape(
-            x, crest, extent, width, sigma, height, seen, keep
+            x, crest, extent, width, sigma, height, seen, keep, room
         )
     if not fits:
         edge = max(0.02 * height, min(3.0 * sigma, 0.25 * height))
@@ -163,8 +181,8 @@ def measure_pulse(
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
-@allocating
-def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
+@inner
+def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     """Whether the family of shapes fits; start, contact, rise time and peak of the fit.
 
     And the standard errors, that of the impulse left out.
@@ -175,7 +193,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     a, b = max(left_limit, extent.left - pad), min(right_limit, extent.right + pad) + 1
     per = (b - a + MAX_POINTS - 1) // MAX_POINTS
     count = (b - a) // per
-    points, means = np.empty(count), np.empty(count)
+    points, means, p = room.points[:count], room.means[:count], room.p
     # Noise of the averaged samples; a thousandth of the peak stands for a silent record's. A
     # few samples fit many shapes exactly: a hundredth leaves the choice to the priors.
     unit = max(sigma / math.sqrt(per), (1e-2 if width < 8 else 1e-3) * height)
@@ -199,10 +217,10 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
             # Sides with hardly a sample show no shape, and the priors would make up a foot.
             return False, 0.0, 0.0, 0.0, crest, UNKNOWN
     sloping = rise + fall > SLOPING * flat
-    p = np.empty(PARAMETERS)
     put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
-    fit = fit_pulse(points, means, log_edge, p)
+    misfit, at = descend(False, Series(points, means, log_edge), p, room.fit)
+    fit = Fit(misfit, room.fit.normals[at], room.fit.curves[at])
     parts = parts_of(p)
     length = parts.rise + parts.flat + parts.fall
     # An edge beyond the valley to a neighbour would be read from the neighbour's samples.
@@ -215,7 +233,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep):
     errors = UNKNOWN
     nearly = inside and sloping and p[0] > 0.0 and math.sqrt(fit.misfit) < NEARLY * p[0]
     if fits or nearly:
-        errors = fit_errors(points, log_edge, p, fit, per, unit, seen, keep)
+        errors = fit_errors(points, log_edge, p, fit, per, unit, seen, keep, room.errors)
         keep[FROM], keep[TO], keep[SCALE] = a, b, unit
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
@@ -246,6 +264,15 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
     """
+    longest = 2 * measure_reach(int(events[:, 2].max())) + 1 if len(events) else 0
+    room = Room(
+        np.empty((2, longest)),
+        np.empty(MAX_POINTS),
+        np.empty(MAX_POINTS),
+        np.empty(PARAMETERS),
+        room_to_fit(MAX_POINTS),
+        room_for_errors(),
+    )
     for k in range(len(events)):
         if not again[k]:
             continue
@@ -266,6 +293,7 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
             level,
             relative,
             out[k, FIT:],
+            room,
         )
         out[k, 0], out[k, 1], out[k, 2] = pulse.start, pulse.contact, pulse.peak
         out[k, 3], out[k, 4], out[k, 5] = pulse.impulse, pulse.rise, pulse.flags

@@ -22,7 +22,7 @@ PER_WIDTH = 24  # means of samples in a width that are looked at, at most
 REACH = 3.2  # widths to either side of a crest within which a pair ends
 CORE, LOW = 0.4, 0.35  # widths to either side that belong to a crest; and that separate pulses
 FEWEST = 16  # points that the fits need
-NOISE = 1.3  # times its variance: what a half-sine leaves that explains the samples
+NOISE = 1.3  # times its variance: what a half-sine between the feet may leave, with ALIKE
 ALIKE = 0.06  # of the height, root mean square: what is as near to a half-sine is one pulse
 GAIN, SHAPE = 20.0, 0.015  # what two leave less than one, in the noise's variance; of the height
 BETTER = 9.0  # times as much of what noise does not explain is left by one as by two
@@ -129,12 +129,13 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     points, means = points[:n], means[:n]
     relative = height / seen.unit
     rough = n * (NOISE + (ALIKE * relative) ** 2)
-    if is_half_sine(means, seen.left, seen.right, rough, n * NOISE):
+    chance = 2.0 * math.sqrt(2.0 * n)
+    least = GAIN + n * (SHAPE * relative) ** 2
+    # Of what leaves less, two cannot leave so much less.
+    if is_half_sine(means, seen.left, seen.right, rough, max(n + chance, least)):
         return NOT_TWO
     left_by_one = _left_by_one(points, means, seen, False)
-    chance = 2.0 * math.sqrt(2.0 * n)
     otherwise = NOT_TWO if left_by_one < n + chance else MAYBE
-    least = GAIN + n * (SHAPE * relative) ** 2
     p = pair[:PAIR]
     # Two leave nothing at best.
     if left_by_one < least or not begin_pair(points, means, seen.left, seen.right, p):

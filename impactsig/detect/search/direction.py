@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from ..instrument.survey import Survey
+from ..instrument.survey import KEPT, Survey
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import centre_of
+from .event_kernels import EVENT
 from .judging import LEAST_SAMPLES
+from .span import NO_EVENTS
 from .spans import LEAST, Spans
 
+FIRST, AGREED, MANY = 2, 0.7, 10
+"""Steepest stretches that are looked at first; the lead, and the clear events in it, that make it
+needless to look at the others."""
 HUMS = 2
 """Frames that are looked at for hum. Where there is some, they show the direction: the first alone,
 unless that is in doubt."""
+AT = np.eye(1, EVENT)[0]
+"""The place of an event among what is known of it."""
 CELL = 1 << 12
 """Samples whose events have one vote, so that a burst or a spike outweighs no train of pulses."""
 USUAL, FURTHER = 0.5, 2.0
@@ -45,15 +54,28 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> tupl
     -------
     (1 or -1, whether many events point the other way)
     """
-    frames = [x for x, _ in record.frames]
-    hums = any(_hums(x, scale, grid) for x in frames[:HUMS])
-    for parts in (frames[:1], frames[:HUMS], frames) if hums else (record.strong, frames):
-        found = _vote(parts, grid, scale, constant)
+    frames, strong = [x for x, _ in record.frames], record.strong
+
+    def votes(parts: list[np.ndarray], *counts: int) -> Iterator[_Vote]:
+        """Those of the first few stretches, then of more."""
+        searched: list[_Searched] = []
+        for count in counts:
+            searched += [_search(x, grid, scale, constant) for x in parts[len(searched) : count]]
+            yield _count(searched)
+
+    if any(_hums(x, scale, grid) for x in frames[:HUMS]):
+        turns = votes(frames, 1, HUMS, KEPT)
+    else:
+        turns = chain(votes(strong, FIRST, KEPT), votes(frames, KEPT))
+        found = next(turns)
+        if abs(found.lead) > AGREED and found.clear >= MANY and found.single <= SINGLE:
+            return math.copysign(1.0, found.lead), abs(found.lead) <= EITHER
+    for found in turns:
         if not found.doubtful:
             break
     if found.doubtful:
         # Single samples that stand high hide what is lower, unless impacts are such themselves.
-        again = _vote([_median_of_three(x) for x in frames], grid, scale, constant)
+        again = next(votes([_median_of_three(x) for x in frames], KEPT))
         clear = abs(again.lead) > UNCLEAR and again.clear >= FEW
         if clear or abs(again.lead) > min(CHANCE / math.sqrt(again.votes), abs(found.lead)):
             found = again
@@ -76,22 +98,34 @@ class _Vote(NamedTuple):
         return abs(self.lead) <= UNCLEAR or self.clear < FEW or self.single > SINGLE
 
 
-def _vote(parts: list[np.ndarray], grid: Grid, scale: float, constant: float) -> _Vote:
+class _Searched(NamedTuple):
+    """Events of a stretch that point upward and downward, and how its values lean."""
+
+    both: list[np.ndarray]
+    lean: float
+    samples: int
+
+
+def _search(part: np.ndarray, grid: Grid, scale: float, constant: float) -> _Searched:
+    if len(part) < LEAST_SAMPLES:
+        return _Searched([NO_EVENTS, NO_EVENTS], 0.0, 0)
+    x = (part.astype(np.float64) - float(part[0])) * scale
+    some = x[:: max(1, len(x) // 2048)].copy()
+    middle = centre_of(some, len(some))
+    low, high = float(x.min()), float(x.max())
+    lean = (high + low - 2.0 * middle) / (high - low) if high > low else 0.0
+    return _Searched(_events(x, grid, constant), lean, len(x))
+
+
+def _count(stretches: list[_Searched]) -> _Vote:
     lean, first = 0.0, 0
     found = []
-    for part in parts:
-        x = (part.astype(np.float64) - float(part[0])) * scale
-        if len(x) < LEAST_SAMPLES:
+    for one in stretches:
+        if not one.samples:
             continue
-        both = _events(x, grid, constant)
-        for one in both:
-            one[:, 0] += first
-        found.append(both)
-        first += -(-len(x) // CELL) * CELL
-        some = x[:: max(1, len(x) // 2048)].copy()
-        middle = centre_of(some, len(some))
-        extent = float(x.max() - x.min())
-        lean += (float(x.max()) + float(x.min()) - 2.0 * middle) / extent if extent else 0.0
+        found.append([way + first * AT for way in one.both])
+        first += -(-one.samples // CELL) * CELL
+        lean += one.lean
     if not found:
         return _Vote(0.0, 0.0, 1.0, 0, 0.0)
     ways = [np.concatenate(way) for way in zip(*found, strict=True)]
@@ -141,19 +175,19 @@ def _hums(x: np.ndarray, scale: float, grid: Grid) -> bool:
 
 def _events(x: np.ndarray, grid: Grid, constant: float) -> list[np.ndarray]:
     """Those of a stretch that point upward, and downward, no longer than a contact."""
-    spans = _searched(x, 1.0, grid, constant)
+    spans = _spans_of(x, 1.0, grid, constant)
     both = [spans.events()]
     if any(len(one.medians) == 1 for one in spans.spans.values()):
         # The baseline of one chunk alone is low in it, so each direction has its own.
-        spans = _searched(x, -1.0, grid, constant)
+        spans = _spans_of(x, -1.0, grid, constant)
     else:
         spans.turn_over()
     both.append(spans.events())
     return [one[one[:, 1] <= MATCH * grid.longest] for one in both]
 
 
-def _searched(x: np.ndarray, sign: float, grid: Grid, constant: float) -> Spans:
-    spans = Spans(grid, len(x), constant=constant)
+def _spans_of(x: np.ndarray, sign: float, grid: Grid, constant: float) -> Spans:
+    spans = Spans(grid, len(x), constant=constant, part=False)
     for k in range(spans.count):
         first, last = grid.bounds(k, len(x))
         spans.load(x[first:last], 0.0, sign)

@@ -225,6 +225,17 @@ def _among(x, origin, total, event):
     return event[2] / local
 
 
+@inner
+def _place_among(values, count, value):
+    """Number of the first `count` ascending values that are less, found without branches."""
+    low = 0
+    while count > 1:
+        half = count // 2
+        low += half * (values[low + half - 1] < value)
+        count -= half
+    return low + (count == 1 and values[low] < value)
+
+
 @allocating
 def _leading(crests, order, widths, out):
     """Indices of the crests that stronger crests do not explain, in the order of `order`.
@@ -250,7 +261,7 @@ def _leading(crests, order, widths, out):
         height = crests[index, 2]
         rest, least = height, max(0.5 * height, LEAST * height / crests[index, 3])
         reach = 0.5 * (widest / MATCH + width)
-        place_of = np.searchsorted(centres[:kept], centre)
+        place_of = _place_among(centres, kept, centre)
         before, after = place_of - 1, place_of
         while rest >= least:  # the nearest first: mostly it explains enough
             left = centre - centres[before] if before >= 0 else np.inf

@@ -75,6 +75,8 @@ class Spans:
         There may be dropouts, as values repeat.
     left_out : array (n, 2)
         First samples of what is not looked at, and those after the last.
+    part : bool
+        Look whether an event is two.
     """
 
     def __init__(
@@ -88,11 +90,12 @@ class Spans:
         search: bool = True,
         repeats: bool = True,
         left_out: np.ndarray = NO_RUNS,
+        part: bool = True,
     ) -> None:
         self.left_out = left_out
         self.grid, self.total, self.constant, self.repeats = grid, total, constant, repeats
         self.level, self.sigmas, self.skip = level, LEAST if sigmas is None else sigmas, skip
-        self.count = grid.count(total)
+        self.count, self.widest = grid.count(total), MATCH * grid.longest if part else 0.0
         self.spans: dict[int, Span] = {}
         self.stages = (
             self._fill,
@@ -398,6 +401,6 @@ class Spans:
         order = strongest_first(self._doubt[:count])
         if len(self._events) < (most := 4 * len(span.crests) + 8):
             self._events = np.empty((2 * most, EVENT))
-        widest = MATCH * self.grid.longest
-        found = find_events(self.stretch(k), self._near[:count], order, widest, self._events[:most])
+        near, room = self._near[:count], self._events[:most]
+        found = find_events(self.stretch(k), near, order, self.widest, room)
         span.events = self._events[:found].copy()
