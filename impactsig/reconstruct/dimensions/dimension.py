@@ -105,6 +105,9 @@ class CorrelationDimension(Shown):
         Its 95 % confidence interval.
     slope : ScaleSlope or None
         The slope between the two scales that could be counted.
+    dimension_slope : ScaleSlope or None
+        The slope that is taken for the dimension, with the interval of that and its standard
+        errors: over those of the scales where they are least together.
     reason : str
         Why there is no dimension.
     needed : str
@@ -154,6 +157,7 @@ class CorrelationDimension(Shown):
     dimension: float | None
     interval: tuple[float, float] | None
     slope: ScaleSlope | None = None
+    dimension_slope: ScaleSlope | None = None
     reason: str = ""
     needed: str = ""
     kaplan_yorke: KaplanYorke | None = None
@@ -212,20 +216,20 @@ class CorrelationDimension(Shown):
         if self.slope is None:
             return f"no slope: {self.reason} ({noise})"
         one = self.slope
-        covers = [*one.errors]
         words = (
             f"slope {one.value:.2f}, 95 % interval {one.interval[0]:.2f} to {one.interval[1]:.2f}, "
             f"between scales {one.scales[0]:.3g} and {one.scales[1]:.3g} (embedding dimension "
             f"{one.embedding}; {noise}; floor {self.floor:.3g}; the interval covers "
-            f"{_listed(covers)})"
+            f"{_listed(one)})"
         )
-        if self.dimension is None or self.interval is None:
+        if self.dimension is None or self.interval is None or self.dimension_slope is None:
             needed = f" (needed: {self.needed})" if self.needed else ""
             return f"{words}; no dimension of the attractor: {self.reason}{needed}"
-        covers += ["the choice of scales", "that of the embedding"]
+        taken = self.dimension_slope
         return (
             f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
-            f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
+            f"{self.interval[1]:.2f} (read between scales {taken.scales[0]:.3g} and "
+            f"{taken.scales[1]:.3g}; the interval covers {_listed(taken)}); {words}"
         )
 
     def plot(self, figure: Figure | SubFigure | None = None) -> Any:
@@ -238,7 +242,9 @@ class CorrelationDimension(Shown):
         return self.describe()
 
 
-def _listed(words: list[str]) -> str:
+def _listed(one: ScaleSlope) -> str:
+    """What an interval covers, in words."""
+    words = [name for name, error in one.errors.items() if error or name == "chance"]
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
