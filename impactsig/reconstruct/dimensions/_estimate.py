@@ -185,6 +185,8 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
     if limit.slope.scales != found.scales:
         value, errors = _with_doubts(given, noise, limit)
     rise = _rise(given, noise, limit) if limit.span >= LEAST_SPAN else 0.0
+    if not math.isfinite(rise):  # at the larger scales it is no less
+        rise = _rise(given, noise, read)
     reason, needed = _why_not(given, noise, limit, value, rise)
     if reason:
         return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
@@ -196,9 +198,7 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         "a slope that still rises": missed_by.rising,
     }
     taken = _stated(given, limit, value, errors)
-    return CorrelationDimension(
-        "dimension", value, taken.interval, dimension_slope=taken, **common
-    )
+    return CorrelationDimension("dimension", value, taken.interval, dimension_slope=taken, **common)
 
 
 def _with_doubts(given: Setting, noise: Noise, read: _Read) -> tuple[float, dict[str, float]]:

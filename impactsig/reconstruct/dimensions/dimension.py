@@ -282,11 +282,14 @@ def correlation_dimension(
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
-    about an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of
-    the attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no
-    more than 0.15. The interval of the dimension also covers the choice of scales, since a slope
-    over W e-folds misses the limit by 0.13 / W, as a standard error, and that of the embedding, by
-    what a further coordinate adds.
+    about an estimated noise and missed and spurious impacts. Where the scales span W = 1.6 e-folds
+    at least, the dimension D2 of the attractor is the slope over those of them, 1.6 e-folds or
+    more, where its errors are least together, unless a further coordinate adds more than 0.15
+    (`dimension_slope` of the result). Its interval also covers the choice of scales, since a slope
+    over W e-folds misses the limit by 0.13 / W, as a standard error; what a further coordinate
+    adds; what vectors of unrelated values may add (u, and what hides them takes off as much: u /
+    sqrt 3); and, where slopes without these still rise by g from the upper half of the scales to
+    the lower one, that they may go on to (g / 2 / sqrt 3).
 
     Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
     linear noise are recognised before anything is counted.

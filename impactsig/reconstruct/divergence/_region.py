@@ -140,9 +140,10 @@ def standard_error(line: Line) -> float:
     Freed of noise, that is half of its bend as far as this is not by chance, and no less than what
     the curve departs from its line by, however it winds: of a parabola that departs by d over n
     steps, half of the bend is 2 d / n. Of 2000 intervals of Lorenz' flow in four coordinates d is
-    0.1 to 0.2, and the slope is 12 % low. Under unknown noise the bend counts in full, and no less than it may
-    be by chance: of the beam at 20.3355 Hz with 10 microseconds of jitter chance alone held the
-    exponent in 38 % of 40 series of 2000 intervals, as the median bends where the noise ends.
+    0.1 to 0.2, and the slope is 12 % low. Under unknown noise the bend counts in full, and no less
+    than it may be by chance: of the beam at 20.3355 Hz with 10 microseconds of jitter chance alone
+    held the exponent in 38 % of 40 series of 2000 intervals, as the median bends where the noise
+    ends.
     """
     steps = line.last - line.first
     if line.freed:
