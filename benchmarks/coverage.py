@@ -3,8 +3,8 @@
 Truths: D2 of the beam's intervals over whole lacunar periods of 10^7 of them, 1.113 +- 0.003 at
 20.1 Hz and 1.0555 +- 0.002 at 20.3355 Hz; its D1 by Kaplan and Yorke 1.1219 and 1.0603; Hénon
 1.21 +- 0.01, Lorenz's intervals 2.05 +- 0.02; `benchmarks.beam_dimensions` for further beams;
-closed forms for the other sets of `UNSEEN`, by which no constant was chosen. That of a slope is the
-slope of long noise-free series over the same scales.
+closed forms for the other sets of `UNSEEN`, by which no constant was chosen, but 2.05 - 1 for
+Lorenz' maxima. That of a slope is the slope of long noise-free series over the same scales.
 
 Every series adds a line to results/coverage.jsonl as soon as it is measured, so that a run that is
 broken off goes on where it was. It goes round all cases, with more of the short series in a round.

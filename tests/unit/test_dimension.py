@@ -22,7 +22,7 @@ from impactsig.reconstruct.dimensions import (
 from impactsig.reconstruct.dimensions._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct.dimensions._noise import Noise, estimated
 from impactsig.reconstruct.dimensions._slope import slope
-from impactsig.reconstruct.recognition import _periodic, _tones
+from impactsig.reconstruct.recognition import _lingering, _periodic, _tones
 
 from .. import naive_reconstruct
 from ..series import cat, henon, lorenz_intervals, noisy, torus
@@ -468,7 +468,8 @@ def test_the_dimension_is_read_below_the_scales_of_unrelated_vectors():
     chance = 2 * scales**4
     some = _limit.best_scales(sums_of(scales, scales**1.5 + chance), chance)
     left = scales[some]
-    assert left[0] == scales[0] and left[-1] < 0.4
+    assert left[0] == scales[0]
+    assert left[-1] < 0.4
     assert np.log(left[-1] / left[0]) >= 1.6
     everywhere = _limit.best_scales(sums_of(scales, scales**1.5), np.full(15, 1e-30))
     assert everywhere == slice(0, 15)
@@ -594,7 +595,8 @@ def test_the_result_carries_its_evidence(attractor):
     assert (attractor.dimension, attractor.interval) == (taken.value, taken.interval)
     low, high = attractor.interval
     assert high - low > slope.interval[1] - slope.interval[0]
-    assert low < taken.value < high and slope.interval[0] < slope.value < slope.interval[1]
+    assert low < taken.value < high
+    assert slope.interval[0] < slope.value < slope.interval[1]
     assert slope.span >= 1.6
     assert taken.span >= 1.6
     assert attractor.scales.shape == attractor.sums.shape == attractor.slopes.shape
@@ -757,3 +759,20 @@ def test_a_short_series_may_recur_too(count):
 
 def test_a_slow_drift_is_no_period():
     assert exact_period(np.linspace(0, 1, 500), 0.01) is None
+
+
+def test_the_share_of_stays_near_a_cycle():
+    """30 stays of 20 values near a cycle of 2, each after 20 irregular ones."""
+    rng = np.random.default_rng(0)
+    parts = [np.concatenate((rng.uniform(size=20), np.tile([0.2, 0.8], 10))) for _ in range(30)]
+    assert _lingering.lingering(np.concatenate(parts)) == pytest.approx(0.45, abs=0.05)
+    assert _lingering.lingering(rng.uniform(size=600)) == 0
+
+
+@pytest.mark.parametrize(("frequency", "lingers"), [(20.1, False), (20.5, True)])
+def test_d1_of_a_motion_that_lingers_near_a_cycle_comes_with_a_warning(frequency, lingers):
+    scene = impactsig.scenes.karpodinis(frequency)
+    x = impactsig.simulate(scene, periods=1000, transient=300).impacts.intervals()[:500]
+    found = correlation_dimension(x, timing_error=0.0, contraction=3.0)
+    assert found.kaplan_yorke is not None
+    assert any("near a cycle" in one for one in found.warnings) == lingers

@@ -459,8 +459,9 @@ def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting)
 def _kaplan_yorke(
     x: Any, theiler: int, contraction: float, timing: float, value: float
 ) -> tuple[KaplanYorke | None, str]:
-    """D1 from the largest exponent, or the reason for none."""
+    """D1 from the largest exponent, with what to know of it, or the reason for none."""
     from ..divergence.exponents import lyapunov_exponent
+    from ..recognition._lingering import LONG, lingering
 
     try:
         found = lyapunov_exponent(
@@ -475,7 +476,13 @@ def _kaplan_yorke(
         return 1 + max(exponent, 0.0) / (contraction + max(exponent, 0.0))
 
     low, high = found.interval
-    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), ""
+    stays, doubt = lingering(series(x)), ""
+    if stays > LONG:
+        doubt = (
+            f"for {stays:.0%} of the time the motion is near a cycle (intermittency): intervals of "
+            "D1 then hold it in 80 to 90 % of the series, not in 95 %"
+        )
+    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), doubt
 
 
 def _doubtful(x: Any) -> float:
