@@ -96,7 +96,6 @@ def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
     return Tree(points, order, begin, end, low, high, len(vectors))
 
 
-@njit(nogil=True)
 def columns_of(tree: Tree) -> np.ndarray:
     """Coordinates of the points as columns, shape (m, n + LEAF).
 
@@ -104,9 +103,7 @@ def columns_of(tree: Tree) -> np.ndarray:
     """
     n, m = tree.points.shape
     columns = np.zeros((m, n + LEAF))
-    for i in range(n):
-        for d in range(m):
-            columns[d, i] = tree.points[i, d]
+    columns[:, :n] = tree.points.T
     return columns
 
 

@@ -85,6 +85,9 @@ def unbroken(values: np.ndarray, length: int) -> np.ndarray:
 
 def pairs_apart(vectors: np.ndarray, window: int) -> int:
     """Number of pairs of `vectors`, shape (n,) of bool, more than `window` steps apart."""
+    if vectors.all():
+        last = max(len(vectors) - window - 1, 0)
+        return last * (last + 1) // 2
     before = np.cumsum(vectors, dtype=np.int64)
     return int(before[: max(len(vectors) - window - 1, 0)] @ vectors[window + 1 :].astype(np.int64))
 

@@ -12,6 +12,7 @@ from .._watched import counted
 def in_threads(part: Callable[[int], object], parts: int, workers: int | None) -> list:
     """part(0), part(1), ... in that order, computed by a number of threads."""
     threads = thread_count(workers)
+    if threads == 1:
+        return list(counted(map(part, range(parts)), parts, " parts"))
     with ThreadPoolExecutor(threads) as pool:
-        results = map(part, range(parts)) if threads == 1 else pool.map(part, range(parts))
-        return list(counted(results, parts, " parts"))
+        return list(counted(pool.map(part, range(parts)), parts, " parts"))

@@ -47,7 +47,7 @@ def test_boxes_that_no_radius_divides_are_counted_not_visited(n):
     radii = np.array([1.0, 2.0, 12.0])
     found = _counting.count_pairs(values, (1,), 1, 0, radii, 1, "trees")
     np.testing.assert_array_equal(found, [[n * (n - 1)] * 2 + [n * (2 * n - 1)]])
-    assert _counting._left_to_compare(_counting._tree(values, 1, 1), radii) == 0
+    assert _counting._left_to_compare(_counting._tree(values, 1, 1), _pairs.bins_of(radii)) == 0
 
 
 def test_two_vectors_are_one_pair_at_their_greatest_difference():

@@ -15,12 +15,14 @@ from impactsig.reconstruct.dimensions import (
 from impactsig.reconstruct.dimensions import (
     _faults,
     _jackknife,
+    _kernel_sum,
+    _limit,
     _unrelated,
 )
 from impactsig.reconstruct.dimensions._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct.dimensions._noise import Noise, estimated
 from impactsig.reconstruct.dimensions._slope import slope
-from impactsig.reconstruct.recognition import _periodic, _tones
+from impactsig.reconstruct.recognition import _lingering, _periodic, _tones
 
 from .. import naive_reconstruct
 from ..series import cat, henon, lorenz_intervals, noisy, torus
@@ -422,10 +424,76 @@ def test_unrelated_values_steepen_the_slope_by_as_much_as_they_add():
     near = 2 * scales * np.sqrt(np.pi) * erf(1 / (2 * scales)) - 4 * scales**2 * (1 - root)
     sums = scales**2 + near**3
     values = np.random.default_rng(0).uniform(size=20_000)
-    found = _unrelated.steepened(scales, sums, values, 3, 2, 0.0)
+    chance = _unrelated.unrelated(scales, values, 3, 2, 0.0)
+    np.testing.assert_allclose(chance, near**3, rtol=0.1)
+    found = _unrelated.steepened(scales, sums, chance)
     steeper = np.gradient(np.log(sums), np.log(scales)) - 2
     np.testing.assert_allclose(found[1:-1], steeper[1:-1], rtol=0.1)  # one-sided at the ends
-    assert np.all(np.isinf(_unrelated.steepened(scales, 0.8 * near**3, values, 3, 2, 0.0)))
+    np.testing.assert_allclose(_unrelated.freed(sums, near**3), scales**2)
+    assert np.all(np.isinf(_unrelated.steepened(scales, 0.8 * near**3, chance)))
+
+
+def sums_of(scales, values):
+    """A kernel sum without chance: the share of a pair of blocks is the same at all scales."""
+    blocks = _kernel_sum.BLOCKS
+    pairs = np.ones((blocks, blocks, len(scales)))
+    return _kernel_sum.KernelSum(scales, values * pairs, pairs, 1e6 * values, 1000)
+
+
+def test_what_unrelated_vectors_add_is_an_error_of_the_dimension():
+    """H^1.5 and 0.4 H^3 of unrelated ones: over an e-fold their slope is that of the sum above."""
+    scales = np.exp(np.linspace(-2.2, 0.0, 8))
+    chance = 0.4 * scales**3
+    sums = sums_of(scales, scales**1.5 + chance)
+    found = _limit.departure(sums, chance, 2.2)
+    steeper = np.polyfit(np.log(scales), np.log(sums.sums), 1)[0] - 1.5
+    assert found.span == pytest.approx(0.13 / 2.2)
+    assert found.unrelated == pytest.approx(steeper / np.sqrt(3))
+    assert found.rising == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_slope_that_still_rises_towards_small_scales_has_that_error():
+    """ln K with slopes of 1 above and 1.2 below; the other way round it is none."""
+    logs = np.linspace(-2.4, 0.0, 8)
+    none = np.full(8, 1e-30)
+    for low, high, expected in ((1.2, 1.0, 0.2), (1.0, 1.2, 0.0)):
+        values = np.where(logs < logs[3:5].mean(), low, high) * (logs - logs[3:5].mean())
+        found = _limit.departure(sums_of(np.exp(logs), 1e-3 * np.exp(values)), none, 2.4)
+        assert found.rising == pytest.approx(expected / 2 / np.sqrt(3), abs=1e-9)
+
+
+def test_the_dimension_is_read_below_the_scales_of_unrelated_vectors():
+    """A hump of unrelated vectors over the largest scales of a power law of 5 e-folds."""
+    scales = np.exp(np.linspace(-5.0, 0.0, 15))
+    chance = 2 * scales**4
+    some = _limit.best_scales(sums_of(scales, scales**1.5 + chance), chance)
+    left = scales[some]
+    assert left[0] == scales[0]
+    assert left[-1] < 0.4
+    assert np.log(left[-1] / left[0]) >= 1.6
+    everywhere = _limit.best_scales(sums_of(scales, scales**1.5), np.full(15, 1e-30))
+    assert everywhere == slice(0, 15)
+
+
+def winding(seed):
+    """x + y / 2 + cos t / 2 of a solenoid that winds three times and contracts by 0.1."""
+    rng = np.random.default_rng(seed)
+    t, x, y = rng.uniform(size=3)
+    values = np.empty(2000)
+    for i in range(-200, 2000):
+        x, y = 0.1 * x + np.cos(2 * np.pi * t), 0.1 * y + np.sin(2 * np.pi * t)
+        t = (3 * t + 1e-15 * rng.uniform()) % 1.0
+        if i >= 0:
+            values[i] = x + 0.5 * y + 0.5 * np.cos(2 * np.pi * t)
+    return values
+
+
+def test_strands_far_apart_are_read_at_small_scales():
+    """Up to the largest scales D2 came out as 1.69 +- 0.08 and was held in 12 %."""
+    found = [correlation_dimension(winding(seed), value_error=0.0) for seed in range(6)]
+    d2 = 1 + np.log(3) / np.log(10)
+    assert abs(np.mean([one.dimension for one in found]) - d2) < 0.13
+    assert sum(one.interval[0] < d2 < one.interval[1] for one in found) >= 5
 
 
 EXPANDING = {"five-fold": lambda x: 5 * x % 1, "Gauss": lambda x: 1 / x % 1}
@@ -523,13 +591,18 @@ def test_workers_do_not_matter(attractor):
 def test_the_result_carries_its_evidence(attractor):
     slope = attractor.slope
     assert attractor.verdict == "dimension"
-    assert attractor.dimension == slope.value
+    taken = attractor.dimension_slope
+    assert (attractor.dimension, attractor.interval) == (taken.value, taken.interval)
     low, high = attractor.interval
-    assert low < slope.interval[0] < slope.value < slope.interval[1] < high
+    assert high - low > slope.interval[1] - slope.interval[0]
+    assert low < taken.value < high
+    assert slope.interval[0] < slope.value < slope.interval[1]
     assert slope.span >= 1.6
+    assert taken.span >= 1.6
     assert attractor.scales.shape == attractor.sums.shape == attractor.slopes.shape
     assert attractor.scales[[0, -1]] == pytest.approx(slope.scales)
-    assert "covers chance, the choice of scales and that of the embedding)" in str(attractor)
+    assert "covers chance, the choice of scales" in str(attractor)
+    assert "and unrelated vectors); slope" in str(attractor)
 
 
 def test_a_short_span_of_a_low_dimension_goes_on_towards_the_extent():
@@ -686,3 +759,20 @@ def test_a_short_series_may_recur_too(count):
 
 def test_a_slow_drift_is_no_period():
     assert exact_period(np.linspace(0, 1, 500), 0.01) is None
+
+
+def test_the_share_of_stays_near_a_cycle():
+    """30 stays of 20 values near a cycle of 2, each after 20 irregular ones."""
+    rng = np.random.default_rng(0)
+    parts = [np.concatenate((rng.uniform(size=20), np.tile([0.2, 0.8], 10))) for _ in range(30)]
+    assert _lingering.lingering(np.concatenate(parts)) == pytest.approx(0.45, abs=0.05)
+    assert _lingering.lingering(rng.uniform(size=600)) == 0
+
+
+@pytest.mark.parametrize(("frequency", "lingers"), [(20.1, False), (20.5, True)])
+def test_d1_of_a_motion_that_lingers_near_a_cycle_comes_with_a_warning(frequency, lingers):
+    scene = impactsig.scenes.karpodinis(frequency)
+    x = impactsig.simulate(scene, periods=1000, transient=300).impacts.intervals()[:500]
+    found = correlation_dimension(x, timing_error=0.0, contraction=3.0)
+    assert found.kaplan_yorke is not None
+    assert any("near a cycle" in one for one in found.warnings) == lingers

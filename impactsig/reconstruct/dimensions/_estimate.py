@@ -11,20 +11,11 @@ from scipy.special import stdtrit
 from .._fits import Fit, least_squares
 from ._faults import with_faults
 from ._kernel_sum import BLOCKS, FLOOR, LARGEST, LEAST_PAIRS, STEP, KernelSum, kernel_sum
+from ._limit import LEAST_SPAN, best_scales, departure
 from ._noise import Noise
 from ._slope import Slope, slope
-from ._unrelated import steepened
+from ._unrelated import steepened, unrelated
 from .dimension import CorrelationDimension, ScaleSlope
-
-KAPPA = 0.13
-"""The slope over W e-folds misses the dimension by KAPPA / W, as a standard error.
-
-Of long noise-free series it misses it by 0.13 / W, root mean square, for W between 1 and 10: of the
-beam at both frequencies, of Hénon's map and of Lorenz' intervals, these the most.
-"""
-
-LEAST_SPAN = 1.6
-"""W from which on a dimension is read."""
 
 FIRST_EMBEDDING, MOST_EMBEDDING = 3, 8
 
@@ -117,6 +108,7 @@ class Setting(NamedTuple):
 class _Read(NamedTuple):
     embedding: int
     sums: KernelSum
+    chance: np.ndarray  # share of the pairs that unrelated vectors are, at each scale
     slope: Slope
     clear: tuple[float, float]  # scales at which the extent of the attractor does not show
 
@@ -124,6 +116,12 @@ class _Read(NamedTuple):
     def span(self) -> float:
         """W of a dimension."""
         return math.log(self.clear[1] / self.clear[0])
+
+    def over(self, some: slice, fit: Fit) -> _Read:
+        """The slope over some of the scales, below the extent of the attractor."""
+        sums = self.sums.over(some)
+        found = slope(sums, fit)
+        return _Read(self.embedding, sums, self.chance[some], found, found.scales)
 
 
 def estimate(given: Setting, noise: Noise, embedding: int | None) -> CorrelationDimension:
@@ -145,21 +143,23 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         warnings.append(f"values rounded to {given.resolution:.3g}")
     again = 0.0 if given.resolution else repeated(given)
     read = _read(given, noise, embedding) if again < MOST_REPEATED else None
+    limit = read
     if read is not None and given.scales is None:
         if read.span >= LEAST_SPAN:
+            limit = read.over(best_scales(read.sums, read.chance), given.fit)
             read = _well_paired(read, given.fit)
         elif read.sums.sums[-1] < LARGEST / 2:
-            read = _wider(given, noise, read, LARGEST)
+            read = limit = _wider(given, noise, read, LARGEST)
         else:
             largest = LARGEST_SHARE ** max(read.slope.value, 1.0)
             if largest > LARGEST:
                 wider = _wider(given, noise, read, largest)
                 clear = wider.slope.scales if read.span >= LEAST_CLEAR else read.clear
-                read = wider._replace(clear=clear)
+                read = limit = wider._replace(clear=clear)
     if again >= MOST_REPEATED:
         reason = f"{again:.1%} of the values are a copy of an earlier stretch"
         return CorrelationDimension("no scales", None, None, reason=reason, **common)
-    if read is None:
+    if read is None or limit is None:
         reason = (
             f"no scale above {floor:.3g} holds {LEAST_PAIRS:.0f} pairs of neighbours"
             if floor
@@ -168,8 +168,42 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         return CorrelationDimension(
             "no scales", None, None, reason=reason, warnings=tuple(warnings), **common
         )
-    sums, found, m = read.sums, read.slope, read.embedding
-    value, errors = found.value, {"chance": found.error}
+    if read.sums.vectors < FEW:
+        warnings.append(
+            f"{read.sums.vectors} vectors are few: such intervals hold less often than 95 %"
+        )
+    found = read.slope
+    value, errors = _with_doubts(given, noise, read)
+    common.update(
+        slope=_stated(given, read, value, errors),
+        scales=given.unit * read.sums.scales,
+        sums=read.sums.sums,
+        slopes=found.local,
+        slope_errors=_half_width(found.local_errors, found.local_errors),
+        warnings=tuple(warnings),
+    )
+    if limit.slope.scales != found.scales:
+        value, errors = _with_doubts(given, noise, limit)
+    rise = _rise(given, noise, limit) if limit.span >= LEAST_SPAN else 0.0
+    if not math.isfinite(rise):  # at the larger scales it is no less
+        rise = _rise(given, noise, read)
+    reason, needed = _why_not(given, noise, limit, value, rise)
+    if reason:
+        return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
+    missed_by = departure(limit.sums, limit.chance, limit.span)
+    errors = errors | {
+        "the choice of scales": missed_by.span,
+        "the embedding": max(rise, 0.0),
+        "unrelated vectors": missed_by.unrelated,
+        "a slope that still rises": missed_by.rising,
+    }
+    taken = _stated(given, limit, value, errors)
+    return CorrelationDimension("dimension", value, taken.interval, dimension_slope=taken, **common)
+
+
+def _with_doubts(given: Setting, noise: Noise, read: _Read) -> tuple[float, dict[str, float]]:
+    """Value of a slope, and its errors by what they come from."""
+    value, errors = read.slope.value, {"chance": read.slope.error}
     # The higher noise has the higher floor; both are read over what is left.
     if noise.other is not None and any(noise.other):
         errors["noise"] = _moved_by_noise(given, noise, read)
@@ -177,27 +211,14 @@ def estimate(given: Setting, noise: Noise, embedding: int | None) -> Correlation
         shift = _shift_by_faults(given, noise, read)
         value -= shift
         errors["missed and spurious impacts"] = abs(shift)
-    if sums.vectors < FEW:
-        warnings.append(f"{sums.vectors} vectors are few: such intervals hold less often than 95 %")
-    half = float(_half_width(found.error, math.hypot(*errors.values())))
-    low, high = (given.unit * scale for scale in found.scales)
-    result = ScaleSlope(value, (value - half, value + half), (low, high), m, errors)
-    common.update(
-        slope=result,
-        scales=given.unit * sums.scales,
-        sums=sums.sums,
-        slopes=found.local,
-        slope_errors=_half_width(found.local_errors, found.local_errors),
-        warnings=tuple(warnings),
-    )
-    rise = _rise(given, noise, read) if read.span >= LEAST_SPAN else 0.0
-    reason, needed = _why_not(given, noise, read, value, rise)
-    if reason:
-        return CorrelationDimension("slope", None, None, reason=reason, needed=needed, **common)
-    half = float(
-        _half_width(found.error, math.hypot(*errors.values(), KAPPA / read.span, max(rise, 0.0)))
-    )
-    return CorrelationDimension("dimension", value, (value - half, value + half), **common)
+    return value, errors
+
+
+def _stated(given: Setting, read: _Read, value: float, errors: dict[str, float]) -> ScaleSlope:
+    """A slope with its interval, in the unit of the series."""
+    half = float(_half_width(read.slope.error, math.hypot(*errors.values())))
+    low, high = (given.unit * scale for scale in read.slope.scales)
+    return ScaleSlope(value, (value - half, value + half), (low, high), read.embedding, errors)
 
 
 def _half_width(chance: Any, error: Any) -> Any:
@@ -225,10 +246,12 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
         sums = given.sums(noise, m, given.scales, largest)
         if sums is None or len(sums.scales) < FEWEST_SCALES:
             return read
+        chance = _chance(given, noise, m, sums)
         if given.scales is None:
-            sums = sums.smallest(_related(given, noise, m, sums))
+            related = slice(_related(sums, chance))
+            sums, chance = sums.over(related), chance[related]
         found = slope(sums, given.fit)
-        read = _Read(m, sums, found, found.scales)
+        read = _Read(m, sums, chance, found, found.scales)
         wanted = min(math.floor(2 * read.slope.value) + 1, MOST_EMBEDDING)
         if embedding is not None or wanted <= m:
             wanted = m
@@ -238,16 +261,20 @@ def _read(given: Setting, noise: Noise, embedding: int | None) -> _Read | None:
         m, largest = wanted, LARGEST_STEEP if steep else largest
 
 
-def _related(given: Setting, noise: Noise, m: int, sums: KernelSum) -> int:
+def _chance(given: Setting, noise: Noise, m: int, sums: KernelSum) -> np.ndarray:
+    return unrelated(sums.scales, given.values, m, given.theiler, noise.of_value**2)
+
+
+def _related(sums: KernelSum, chance: np.ndarray) -> int:
     """Number of scales to use: without those that unrelated vectors steepen.
 
     The largest are left out. Slopes also rise where an attractor is lacunar, and unrelated vectors
     may not show because its extent lessens the slope: neither alone is a reason.
     """
-    chance = steepened(sums.scales, sums.sums, given.values, m, given.theiler, noise.of_value**2)
+    steeper = steepened(sums.scales, sums.sums, chance)
     logs, values = np.log(sums.scales), np.log(sums.sums)
     count = len(logs)
-    while count > FEWEST_SCALES and chance[count - 1] > RISES:
+    while count > FEWEST_SCALES and steeper[count - 1] > RISES:
         last, rest = slice(count - FEWEST_SCALES, count), slice(count - 1)
         if least_squares(logs[last], values[last]) - least_squares(logs[rest], values[rest]) < (
             RISES
@@ -262,9 +289,7 @@ def _well_paired(read: _Read, fit: Fit) -> _Read:
     sums = read.sums
     spans = np.log(sums.scales[-1] / sums.scales)
     kept = (sums.raw >= PAIRS_A_VECTOR * sums.vectors) | (spans < LEAST_SPAN + STEP)
-    sums = sums.largest(int(np.count_nonzero(kept)))
-    found = slope(sums, fit)
-    return _Read(read.embedding, sums, found, found.scales)
+    return read.over(slice(len(kept) - int(np.count_nonzero(kept)), None), fit)
 
 
 def _wider(given: Setting, noise: Noise, read: _Read, largest: float) -> _Read:
@@ -272,10 +297,12 @@ def _wider(given: Setting, noise: Noise, read: _Read, largest: float) -> _Read:
     sums = given.sums(noise, read.embedding, None, largest)
     if sums is None or len(sums.scales) <= len(read.sums.scales):
         return read
-    sums = sums.smallest(_related(given, noise, read.embedding, sums))
+    chance = _chance(given, noise, read.embedding, sums)
+    related = slice(_related(sums, chance))
+    sums, chance = sums.over(related), chance[related]
     if len(sums.scales) <= len(read.sums.scales):
         return read
-    return read._replace(sums=sums, slope=slope(sums, given.fit))
+    return read._replace(sums=sums, chance=chance, slope=slope(sums, given.fit))
 
 
 def _again(
@@ -321,7 +348,7 @@ def _rise(given: Setting, noise: Noise, read: _Read) -> float:
     sums = given.sums(noise, read.embedding + 1, read.slope.scales)
     if sums is None or len(sums.scales) < FEWEST_SCALES:
         return math.inf
-    same = read.sums.largest(len(sums.scales))
+    same = read.sums.over(slice(-len(sums.scales), None))
     return slope(sums, given.fit).value - slope(same, given.fit).value
 
 

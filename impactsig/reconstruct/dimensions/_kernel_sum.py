@@ -79,23 +79,13 @@ class KernelSum(NamedTuple):
         found: np.ndarray = self.parts.sum(axis=(0, 1)) / self.pairs.sum(axis=(0, 1))
         return found
 
-    def largest(self, count: int) -> KernelSum:
-        """The sums at the `count` largest scales."""
+    def over(self, some: slice) -> KernelSum:
+        """The sums at some of the scales."""
         return KernelSum(
-            self.scales[-count:],
-            self.parts[..., -count:],
-            self.pairs[..., -count:],
-            self.raw[-count:],
-            self.vectors,
-        )
-
-    def smallest(self, count: int) -> KernelSum:
-        """The sums at the `count` smallest scales."""
-        return KernelSum(
-            self.scales[:count],
-            self.parts[..., :count],
-            self.pairs[..., :count],
-            self.raw[:count],
+            self.scales[some],
+            self.parts[..., some],
+            self.pairs[..., some],
+            self.raw[some],
             self.vectors,
         )
 

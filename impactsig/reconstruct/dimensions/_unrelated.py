@@ -16,16 +16,19 @@ import numpy as np
 
 PAIRS = 30_000
 
+MOST = 0.9
+"""Share of a sum that unrelated vectors may be, where it is freed of them."""
 
-def steepened(
-    scales: np.ndarray, sums: np.ndarray, values: np.ndarray, m: int, theiler: int, variance: float
+
+def unrelated(
+    scales: np.ndarray, values: np.ndarray, m: int, theiler: int, variance: float
 ) -> np.ndarray:
-    """Increase of the slope at each scale by unrelated vectors, shape (scales,).
+    """U at each scale, shape (scales,).
 
     Parameters
     ----------
-    scales, sums : ndarray, shape (scales,)
-        H and K_m(H), three at least.
+    scales : ndarray, shape (scales,)
+        H.
     values : ndarray, shape (n,)
         The series, nan at gaps.
     m : int
@@ -41,7 +44,18 @@ def steepened(
     squares = squares[np.isfinite(squares)]
     width = scales**2 - variance
     near = np.exp(-squares / (4 * width[:, None])).mean(axis=1) * scales / np.sqrt(width)
-    chance = np.maximum(near, 1 / PAIRS) ** m
+    found: np.ndarray = np.maximum(near, 1 / PAIRS) ** m
+    return found
+
+
+def freed(sums: np.ndarray, chance: np.ndarray) -> np.ndarray:
+    """T, the sums without those of unrelated vectors."""
+    found: np.ndarray = sums - np.minimum(chance, MOST * sums)
+    return found
+
+
+def steepened(scales: np.ndarray, sums: np.ndarray, chance: np.ndarray) -> np.ndarray:
+    """Increase of the slope at each of three scales or more by unrelated vectors."""
     logs = np.log(scales)
     steeper = np.gradient(np.log(chance), logs) - np.gradient(np.log(sums), logs)
     left = sums - chance

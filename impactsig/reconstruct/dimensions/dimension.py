@@ -103,6 +103,9 @@ class CorrelationDimension(Shown):
         Its 95 % confidence interval.
     slope : ScaleSlope or None
         The slope between the two scales that could be counted.
+    dimension_slope : ScaleSlope or None
+        The slope that is taken for the dimension, with the interval of that and its standard
+        errors: over those of the scales where they are least together.
     reason : str
         Why there is no dimension.
     needed : str
@@ -152,6 +155,7 @@ class CorrelationDimension(Shown):
     dimension: float | None
     interval: tuple[float, float] | None
     slope: ScaleSlope | None = None
+    dimension_slope: ScaleSlope | None = None
     reason: str = ""
     needed: str = ""
     kaplan_yorke: KaplanYorke | None = None
@@ -210,20 +214,20 @@ class CorrelationDimension(Shown):
         if self.slope is None:
             return f"no slope: {self.reason} ({noise})"
         one = self.slope
-        covers = [*one.errors]
         words = (
             f"slope {one.value:.2f}, 95 % interval {one.interval[0]:.2f} to {one.interval[1]:.2f}, "
             f"between scales {one.scales[0]:.3g} and {one.scales[1]:.3g} (embedding dimension "
             f"{one.embedding}; {noise}; floor {self.floor:.3g}; the interval covers "
-            f"{_listed(covers)})"
+            f"{_listed(one)})"
         )
-        if self.dimension is None or self.interval is None:
+        if self.dimension is None or self.interval is None or self.dimension_slope is None:
             needed = f" (needed: {self.needed})" if self.needed else ""
             return f"{words}; no dimension of the attractor: {self.reason}{needed}"
-        covers += ["the choice of scales", "that of the embedding"]
+        taken = self.dimension_slope
         return (
             f"correlation dimension {self.dimension:.2f}, 95 % interval {self.interval[0]:.2f} to "
-            f"{self.interval[1]:.2f} (covers {_listed(covers)}); {words}"
+            f"{self.interval[1]:.2f} (read between scales {taken.scales[0]:.3g} and "
+            f"{taken.scales[1]:.3g}; the interval covers {_listed(taken)}); {words}"
         )
 
     plot = drawn_on_figure_by("dimension", "it")
@@ -232,7 +236,9 @@ class CorrelationDimension(Shown):
         return self.describe()
 
 
-def _listed(words: list[str]) -> str:
+def _listed(one: ScaleSlope) -> str:
+    """What an interval covers, in words."""
+    words = [name for name, error in one.errors.items() if error or name == "chance"]
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
@@ -270,11 +276,14 @@ def correlation_dimension(
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
     scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
-    about an estimated noise and missed and spurious impacts. It is taken for the dimension D2 of
-    the attractor where the scales span W = 1.6 e-folds at least and a further coordinate adds no
-    more than 0.15. The interval of the dimension also covers the choice of scales, since a slope
-    over W e-folds misses the limit by 0.13 / W, as a standard error, and that of the embedding, by
-    what a further coordinate adds.
+    about an estimated noise and missed and spurious impacts. Where the scales span W = 1.6 e-folds
+    at least, the dimension D2 of the attractor is the slope over those of them, 1.6 e-folds or
+    more, where its errors are least together, unless a further coordinate adds more than 0.15
+    (`dimension_slope` of the result). Its interval also covers the choice of scales, since a slope
+    over W e-folds misses the limit by 0.13 / W, as a standard error; what a further coordinate
+    adds; what vectors of unrelated values may add (u, and what hides them takes off as much: u /
+    sqrt 3); and, where slopes without these still rise by g from the upper half of the scales to
+    the lower one, that they may go on to (g / 2 / sqrt 3).
 
     Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
     linear noise are recognised before anything is counted.
@@ -444,8 +453,9 @@ def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting)
 def _kaplan_yorke(
     x: Any, theiler: int, contraction: float, timing: float, value: float
 ) -> tuple[KaplanYorke | None, str]:
-    """D1 from the largest exponent, or the reason for none."""
+    """D1 from the largest exponent, with what to know of it, or the reason for none."""
     from ..divergence.exponents import lyapunov_exponent
+    from ..recognition._lingering import LONG, lingering
 
     try:
         found = lyapunov_exponent(
@@ -460,7 +470,13 @@ def _kaplan_yorke(
         return 1 + max(exponent, 0.0) / (contraction + max(exponent, 0.0))
 
     low, high = found.interval
-    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), ""
+    stays, doubt = lingering(series(x)), ""
+    if stays > LONG:
+        doubt = (
+            f"for {stays:.0%} of the time the motion is near a cycle (intermittency): intervals of "
+            "D1 then hold it in 80 to 90 % of the series, not in 95 %"
+        )
+    return KaplanYorke(of(found.exponent), (of(low), of(high)), found.exponent, contraction), doubt
 
 
 def _doubtful(x: Any) -> float:

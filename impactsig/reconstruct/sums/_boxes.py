@@ -51,9 +51,12 @@ def strips_of(x: np.ndarray, lowest: int, highest: int, delay: int, radius: floa
     if along:
         low = first.min()
         width = max(radius * (1 + 1e-6), (first.max() - low) / min(len(order), MOST_STRIPS))
-        strip = np.floor((first - low) / width).astype(np.int32)
-        ascending = np.lexsort((second, strip))
-        start = np.searchsorted(strip[ascending], np.arange(strip.max() + 3))
+        strip = np.floor((first - low) / width)
+        # numpy sorts 16 bits by radix, in a third of the time.
+        strip = strip.astype(np.uint16 if strip.max() < 2**16 else np.int32)
+        ascending = np.argsort(second)
+        ascending = ascending[np.argsort(strip[ascending], kind="stable")]
+        start = np.searchsorted(strip[ascending], np.arange(int(strip.max()) + 3))
     else:
         ascending = np.argsort(second)
         start = np.array([0, len(order), len(order)])

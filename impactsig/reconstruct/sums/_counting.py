@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,13 +17,21 @@ from ._box_pairs import count_pairs_of_boxes
 Kernel = Literal["pairs", "boxes", "trees"]
 
 # Nanoseconds, measured: a pair of all pairs (binning, and every dimension more), a pair that the
-# sweep looks at, a pair that two trees leave to be compared, a vector put into a tree. Only the
-# ratios matter.
-OF_ALL, PER_DIMENSION, OF_NEAR, OF_COMPARED, OF_TREE = 0.8, 0.25, 10.0, 8.0, 300.0
+# sweep looks at, a vector sorted for it, a pair that two trees leave to be compared, a vector put
+# into a tree. Only the ratios matter.
+OF_ALL, PER_DIMENSION, OF_NEAR, OF_SORTED = 0.8, 0.25, 30.0, 70.0
+OF_COMPARED, OF_TREE = 4.0, 200.0
 PARTS = 64
 """Parts of the sweep and of a tree: many more than threads, as they take unequal times."""
 SAMPLE = 8
 """Leaves of a tree by which the pairs to be compared are estimated."""
+
+
+class Boxes(NamedTuple):
+    """A tree and the coordinates of its points as columns."""
+
+    tree: Tree
+    columns: np.ndarray
 
 
 def count_pairs(
@@ -81,17 +89,18 @@ def _count(
     rest = tuple(dimensions[1:]) if sort else tuple(dimensions)
     if sort and not rest:
         return _sorted(x, theiler, radii, workers)
-    ready = _fastest(x, rest, delay, theiler, radii, kernel)
+    bins = _pairs.bins_of(radii)
+    ready = _fastest(x, rest, delay, theiler, bins, kernel)
     if ready is None:
         n = len(x) - (dimensions[0] - 1) * delay
-        return _along_diagonals(x, dimensions, delay, range(theiler + 1, n), radii, workers)
+        return _along_diagonals(x, dimensions, delay, range(theiler + 1, n), bins, workers)
     if isinstance(ready, _boxes.Strips):
-        counts = _near(ready, rest, theiler, radii, workers)
+        counts = _near(ready, rest, theiler, bins, workers)
     else:
-        counts = np.stack([_by_tree(each, radii, workers) for each in ready])
+        counts = np.stack([_by_tree(each, bins, workers) for each in ready])
         if theiler:
             close = range(1, min(theiler + 1, len(x) - (rest[0] - 1) * delay))
-            counts -= _along_diagonals(x, rest, delay, close, radii, workers)
+            counts -= _along_diagonals(x, rest, delay, close, bins, workers)
     if sort:
         counts = np.concatenate((_sorted(x, theiler, radii, workers), counts))
     return counts
@@ -102,66 +111,64 @@ def _fastest(
     dimensions: tuple[int, ...],
     delay: int,
     theiler: int,
-    radii: np.ndarray,
+    bins: _pairs.Bins,
     kernel: Kernel | None,
-) -> _boxes.Strips | list[Tree] | None:
+) -> _boxes.Strips | list[Boxes] | None:
     """Vectors prepared for the sweep, or as trees; None if comparing all pairs is faster.
 
-    Of one dimension a tree is faster than the sweep, unless many pairs are within the Theiler
-    window: these it has to take off again.
+    Of one dimension a tree is faster than the sweep, unless pairs are few, or many within the
+    Theiler window: these it has to take off again.
     """
     with np.errstate(over="ignore"):
         span = float(np.ptp(known(x)))
     if kernel == "pairs" or not np.isfinite(span):
         return None
+    radii = bins.radii
     n = len(x) - (dimensions[0] - 1) * delay
     a_pair = OF_ALL + PER_DIMENSION * len(dimensions)
     cost = a_pair * (n - theiler) * (n - theiler - 1) / 2
     close = a_pair * n * theiler
     strips = None
-    if kernel == "boxes" or (
-        kernel is None and radii[-1] <= span / 4 and (len(dimensions) > 1 or close > OF_TREE * n)
-    ):
+    if kernel == "boxes" or (kernel is None and radii[-1] <= span / 4):
         strips = _boxes.strips_of(x, dimensions[0], dimensions[-1], delay, float(radii[-1]))
         if kernel == "boxes":
             return strips
-        near = OF_NEAR * _boxes.candidates(strips, float(radii[-1]))
+        near = OF_SORTED * n + OF_NEAR * _boxes.candidates(strips, float(radii[-1]))
         cost, strips = (near, strips) if near < cost else (cost, None)
     trees, of_trees = [], close
     for m in dimensions:
         if kernel is None and of_trees + OF_TREE * n > cost:
             return strips
         trees.append(_tree(x, m, delay))
-        of_trees += OF_TREE * n + OF_COMPARED * _left_to_compare(trees[-1], radii)
+        of_trees += OF_TREE * n + OF_COMPARED * _left_to_compare(trees[-1], bins)
     return trees if kernel == "trees" or of_trees < cost else strips
 
 
-def _tree(x: np.ndarray, m: int, delay: int) -> Tree:
+def _tree(x: np.ndarray, m: int, delay: int) -> Boxes:
     places = np.flatnonzero(unbroken(x, (m - 1) * delay + 1))
-    return tree(np.column_stack([x[places + k * delay] for k in range(m)]))
+    found = tree(np.column_stack([x[places + k * delay] for k in range(m)]))
+    return Boxes(found, columns_of(found))
 
 
-def _left_to_compare(one: Tree, radii: np.ndarray) -> float:
+def _left_to_compare(one: Boxes, bins: _pairs.Bins) -> float:
     """Approximate number of pairs to be compared one by one."""
-    leaves = (len(one.begin) + 1) // 2
-    chosen = leaves - 1 + np.unique(np.linspace(0, leaves - 1, SAMPLE).astype(int))
-    boxes = np.column_stack([chosen, np.zeros_like(chosen)])
-    columns, bins = columns_of(one), _pairs.bins_of(radii)
-    unused = np.zeros(len(radii) + 1, np.int64)
-    compared = count_pairs_of_boxes(one, columns, boxes, bins, unused, False)
+    leaves = (len(one.tree.begin) + 1) // 2
+    chosen = range(leaves - 1, 2 * leaves - 1, max(leaves // SAMPLE, 1))
+    boxes = np.array([(leaf, 0) for leaf in chosen])
+    unused = np.zeros(len(bins.radii) + 1, np.int64)
+    compared = count_pairs_of_boxes(*one, boxes, bins, unused, False)
     return compared / len(chosen) * leaves / 2
 
 
-def _by_tree(one: Tree, radii: np.ndarray, workers: int | None) -> np.ndarray:
+def _by_tree(one: Boxes, bins: _pairs.Bins, workers: int | None) -> np.ndarray:
     """Counts of all pairs of a tree, shape (radii,)."""
-    columns, bins = columns_of(one), _pairs.bins_of(radii)
-    nodes = min((len(one.begin) + 1) // 2, PARTS) if thread_count(workers) > 1 else 1
+    nodes = min((len(one.tree.begin) + 1) // 2, PARTS) if thread_count(workers) > 1 else 1
 
     def part(k: int) -> np.ndarray:
         """Of one node of a level with itself and those that follow."""
-        counts = np.zeros(len(radii) + 1, np.int64)
-        boxes = nodes - 1 + np.column_stack([np.full(nodes - k, k), np.arange(k, nodes)])
-        count_pairs_of_boxes(one, columns, boxes, bins, counts, True)
+        counts = np.zeros(len(bins.radii) + 1, np.int64)
+        boxes = np.array([(nodes - 1 + k, other) for other in range(nodes - 1 + k, 2 * nodes - 1)])
+        count_pairs_of_boxes(*one, boxes, bins, counts, True)
         return counts
 
     return _within(in_threads(part, nodes, workers))
@@ -172,15 +179,15 @@ def _along_diagonals(
     dimensions: Sequence[int],
     delay: int,
     lags: range,
-    radii: np.ndarray,
+    bins: _pairs.Bins,
     workers: int | None,
 ) -> np.ndarray:
     """Counts of the pairs of vectors at these lags, shape (dimensions, radii)."""
-    bins, row_of = _pairs.bins_of(radii), _rows(dimensions)
+    row_of = _rows(dimensions)
     parts = 4 * thread_count(workers)
 
     def part(k: int) -> np.ndarray:
-        counts = np.zeros((len(dimensions), len(radii) + 1), np.int64)
+        counts = np.zeros((len(dimensions), len(bins.radii) + 1), np.int64)
         some = lags[k::parts]
         _pairs.count_diagonals(x, some.start, some.stop, some.step, delay, row_of, bins, counts)
         return counts
@@ -192,18 +199,19 @@ def _near(
     strips: _boxes.Strips,
     dimensions: Sequence[int],
     theiler: int,
-    radii: np.ndarray,
+    bins: _pairs.Bins,
     workers: int | None,
 ) -> np.ndarray:
-    bins, n, row_of = _pairs.bins_of(radii), len(strips.order), _rows(dimensions)
+    n, row_of = len(strips.order), _rows(dimensions)
+    parts = PARTS if thread_count(workers) > 1 else 1
 
     def part(k: int) -> np.ndarray:
-        counts = np.zeros((len(dimensions), len(radii) + 1), np.int64)
-        ends = n * k // PARTS, n * (k + 1) // PARTS
+        counts = np.zeros((len(dimensions), len(bins.radii) + 1), np.int64)
+        ends = n * k // parts, n * (k + 1) // parts
         _boxes.count_near(strips, *ends, theiler, row_of, bins, counts)
         return counts
 
-    return _within(in_threads(part, PARTS, workers))
+    return _within(in_threads(part, parts, workers))
 
 
 def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
@@ -222,7 +230,7 @@ def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None)
     counts = counts[None]
     if theiler:
         close = range(1, min(theiler + 1, len(x)))
-        counts = counts - _along_diagonals(x, (1,), 1, close, radii, workers)
+        counts = counts - _along_diagonals(x, (1,), 1, close, _pairs.bins_of(radii), workers)
     return counts
 
 

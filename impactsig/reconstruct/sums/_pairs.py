@@ -17,6 +17,7 @@ from ..._compiled import njit
 CHUNK = 8192  # pairs at a time, so that what is passed on stays in the nearest cache
 MOST_RADII = 254  # a bin is a byte, and one value of it says "look closer"
 CLOSER = 255
+INFINITE = int(np.array(np.inf).view(np.int64))
 FINEST = 8192  # cells of the table, in bytes of the nearest cache
 EMPTY_AT = 2**31  # increments after which tables of 32 bits are emptied
 
@@ -38,16 +39,19 @@ class Bins(NamedTuple):
 
 def bins_of(radii: np.ndarray) -> Bins:
     """The bins between ascending radii, at most MOST_RADII."""
-    lowest, highest = (int(bits) for bits in radii[[0, -1]].view(np.int64))
+    bits = radii.view(np.int64)
+    lowest, highest = int(bits[0]), int(bits[-1])
     shift = 32
     while (highest >> shift) - (lowest >> shift) > FINEST - 3:
         shift += 1
     offset = (lowest >> shift) - 1
     cells = np.arange(offset, (highest >> shift) + 2)
     # The first and the last cell stand for all that is smaller, and all that is greater.
-    begin, end = cells << shift, (cells << shift) + ((1 << shift) - 1)
-    begin[0], end[-1] = 0, np.array(np.inf).view(np.int64)
-    least, most = (np.searchsorted(radii, bits.view(np.float64)) for bits in (begin, end))
+    begin = cells << shift
+    end = begin | ((1 << shift) - 1)
+    begin[0], end[-1] = 0, INFINITE
+    # Positive floats ascend as their bits do.
+    least, most = bits.searchsorted(begin), bits.searchsorted(end)
     found = np.where(least == most, least, CLOSER)
     return Bins(radii, found.astype(np.uint8), least.astype(np.uint8), shift, offset)
 
