@@ -13,7 +13,7 @@ from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
 from ..oscillators import Oscillator
-from ._machine import PARAMETERS, parameters_of
+from ._machine import KINDS, PARAMETERS, parameters_of
 
 CLOCK_ERROR = 2e-3
 """Share by which the forcing frequency is refined on the impacts' phases."""
@@ -31,6 +31,18 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
     if not names or len(set(names)) < len(names) or not set(names) <= set(PARAMETERS):
         raise InvalidInput("free", free, f"some of {', '.join(PARAMETERS)}, each once")
     return tuple(name for name in PARAMETERS if name in names)
+
+
+def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
+    """Kinds of machine to compare, which many trains tell."""
+    names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+    if not names or len(set(names)) < len(names) or not set(names) <= set(KINDS):
+        raise InvalidInput("kinds", kinds, f"some of {', '.join(KINDS)}, each once")
+    if not many and names != ("rigid",):
+        raise InvalidInput(
+            "kinds", kinds, '("rigid",) with one train', "Give a list of trains, which tell more"
+        )
+    return tuple(name for name in KINDS if name in names)
 
 
 def known_parameters(
