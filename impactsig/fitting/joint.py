@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -216,6 +217,8 @@ def _candidate(
         joint = together(layout, theta, joint.seen, box, asked.rng, propose, enough)
     if joint is None or (kind == "two-sided" and _second(joint) < LEAST_SECOND):
         return None
+    if kind == "two-sided" and "amplitude" in names:
+        joint = mirrored(layout, joint)
     score = joint.score
     if kind == "echo" and heard is not None:
         score += sum(heard.cost(k, frequency) for k, frequency in enumerate(frequencies))
@@ -228,6 +231,28 @@ def _second(joint: Joint) -> float:
     sides = np.concatenate([one.side for one in joint.orbits if one is not None])
     share = float(np.mean(sides < 0))
     return min(share, 1 - share)
+
+
+def mirrored(layout: Layout, joint: Joint) -> Joint:
+    """The same machine seen from its nearer stop, whose distance is the unit of length."""
+    place = PLACES["second_gap"]
+    by = float(joint.theta[0, place])
+    if by >= 0:
+        return joint
+    theta = joint.theta.copy()
+    theta[:, place] = -by
+    theta[:, AMPLITUDE] -= by
+    theta[:, PHASE] += math.pi
+    kinds = layout.kinds
+    turned = np.eye(len(kinds))
+    gap = int(np.flatnonzero(kinds == place)[0])
+    turned[kinds == AMPLITUDE, gap] = turned[gap, gap] = -1
+    orbits = [
+        None if one is None else replace(one, side=-one.side, node=one.node * [1.0, math.exp(-by)])
+        for one in joint.orbits
+    ]
+    covariance = turned @ joint.covariance @ turned.T
+    return joint._replace(theta=theta, orbits=orbits, covariance=covariance)
 
 
 def _shared(names: tuple[str, ...], common: bool) -> tuple[str, ...]:

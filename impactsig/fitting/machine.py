@@ -35,7 +35,7 @@ class MachineFit(Shown):
     values : dict of str to float
         What is the same in all trains, free or known; see `OscillatorFit`. Of a soft stop also its
         "stiffness" by the spring's, beside which "restitution" is that of a free contact; of a
-        machine with two stops "second_gap", the distance of the second by that of the first.
+        machine with two stops "second_gap", the distance of the farther by that of the nearer.
     intervals : dict of str to (float, float)
         95 % intervals of the free ones; (-inf, inf) of all where the trains do not tell one.
     free : tuple of str

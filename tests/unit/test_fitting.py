@@ -242,7 +242,8 @@ def test_the_floor_of_the_noise_is_found(floor):
     size = np.hypot(strength, floor if floor > 0.05 else 0)
     noise = 0.03 / np.hypot(1, floor)
     strength = strength + noise * size * np.random.default_rng(1).standard_normal(800)
-    sight = Sight(np.column_stack((sight.seen[:, 0], strength, strength)), sight.joined)
+    seen = (sight.seen[:, 0], strength, strength, np.ones(800))
+    sight = Sight(np.column_stack(seen), sight.joined)
     orbit = follow(theta, Noise(0.016, 0.03), sight, FREE)
     found = floor_of(orbit, sight, math.exp(theta[5]))
     assert floor / 2 <= found <= 2 * floor

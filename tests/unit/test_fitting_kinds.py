@@ -22,9 +22,13 @@ from impactsig import (
 from impactsig.fitting._beginnings import distances
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import echoes, without
+from impactsig.fitting._followed import Followed, Seen
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
+from impactsig.fitting._path_kernels import Chain
+from impactsig.fitting._together import Joint, Layout
+from impactsig.fitting.joint import mirrored
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
 FAR, STIFFNESS = 0.8, 30.0
@@ -147,6 +151,32 @@ def test_distances_of_pairs_are_those_of_all():
         square = np.minimum(np.sum((pairs[:, None] - seen[None]) ** 2, axis=2), 0.15**2)
         expected = square.min(axis=1).mean() + square.min(axis=0).mean()
         assert apart[k] == pytest.approx(expected if len(pairs) >= 10 else 2 * 0.15**2)
+
+
+def test_a_machine_with_two_stops_may_be_seen_from_either():
+    layout = Layout((0, 1, 5), (2, 4), 1)
+    x, speed, side = impacts_of("two-sided")
+    seen = Seen(FREQUENCY, x, np.ones(len(x) - 1, bool), "two-sided", Chain(1e-3, 0.02, 0.01))
+    node = np.column_stack((x, speed))
+    orbit = Followed(seen, np.ones(len(x), bool), side, np.ones(len(x) - 1, bool), node, 0, 0)
+    root = np.random.default_rng(1).standard_normal((5, 5))
+    theta = theta_of("two-sided")[None]
+    joint = Joint(theta, [seen], [orbit], root @ root.T, 0.0)
+    found = mirrored(layout, joint)
+    assert found.theta[0, 5] == pytest.approx(-math.log(FAR))
+    other = found.orbits[0]
+    for k in range(len(x) - 1):
+        point = np.concatenate((other.node[k], other.node[k + 1]))
+        off = off_of("two-sided", found.theta[0], other.side[k:], point)[0]
+        assert np.abs(off[:, 4]).max() < 1e-11
+    # What both leave uncertain is the same: the amplitude by the distance between the stops.
+    apart = (1 / FAR + 1) ** -1, (FAR + 1) ** -1 * FAR
+    variances = [
+        np.array([-share, 1]) @ one.covariance[np.ix_((2, 3), (2, 3))] @ [-share, 1]
+        for one, share in ((found, apart[0] / FAR), (joint, apart[1]))
+    ]
+    assert variances[0] == pytest.approx(variances[1])
+    assert mirrored(layout, found) is found
 
 
 # -- which kind it is --------------------------------------------------------------------------

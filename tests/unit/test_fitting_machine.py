@@ -178,6 +178,7 @@ def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
 FULL = {"natural_frequency": NATURAL}
 BAD = {
     "one": (lambda: [chaos()], [1 / 20.1], FULL, "two or more"),
+    "other period": (lambda: [chaos()[:500]] * 2, [1 / 800] * 2, FULL, "all of its phases"),
     "too few": (lambda: [chaos(), chaos()[:90]], [1 / 20.1] * 2, FULL, "100 or more"),
     "one period": (lambda: [chaos(), chaos()], 1 / 20.1, FULL, "each of 2 trains"),
     "numbers": (lambda: [1.0, 2.0], [1 / 20.1] * 2, FULL, "impacts"),
