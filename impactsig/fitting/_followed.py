@@ -27,10 +27,14 @@ are found from, so that the velocities do not hold them back."""
 GRAZING = 0.03
 """Velocity of an impact, in gaps times omega_n, from which down a leg is left out: its information
 about the parameters grows without limit, and holds in no neighbourhood."""
+TORN = 300.0
+"""Chi squared of a leg from a soft stop, from which it is left out: whether the contact of a weak
+impact ends at once hangs on the forcing, and no step leads over that."""
 TOLD = np.delete(np.arange(PARAMETERS), STRENGTH)
 """Parameters that instants can tell."""
 BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
 """What the measuring chain is taken for at first: wide, so that every orbit begins."""
+TEARS = 4
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
 
@@ -57,6 +61,11 @@ class Laid(NamedTuple):
     information: np.ndarray
     orbit: Followed
     jitter: float  # that the distances show
+
+    @property
+    def total(self) -> float:
+        """The loss, and what it costs that legs are not followed."""
+        return self.loss + self.orbit.broken * self.orbit.lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,19 +98,27 @@ class Followed:
     def laid(self, theta: np.ndarray) -> Laid:
         """The orbit at other parameters nearby, with its information about them."""
         machine = machine_of(theta, self.seen.kind)
-        jitter, node = self.seen.chain.jitter, self.node.copy()
-        found = smooth(
-            machine, 1.0, Noise(jitter, MOVED), SLACKS[-1], self.held, self.led, node,
-            ITERATIONS, CLOSE,
-        )  # fmt: skip
+        jitter, node, led = self.seen.chain.jitter, self.node.copy(), self.led
+        for _ in range(TEARS):
+            found = smooth(
+                machine, 1.0, Noise(jitter, MOVED), SLACKS[-1], self.held, led, node,
+                ITERATIONS, CLOSE,
+            )  # fmt: skip
+            torn = led & ~(found.release < TORN)
+            if self.seen.kind != "soft" or not torn.any():
+                break
+            led, node = led & ~torn, np.where(np.isfinite(node), node, self.node)
+        broken = self.broken + int(np.sum(self.led & ~led))
         held = _held(self.seen, self.real, self.side, node)
         gradient, information = project(
-            machine, 1.0, Noise(jitter, FREE), SLACKS[-1], held, self.led & _hard(node), node
+            machine, 1.0, Noise(jitter, FREE), SLACKS[-1], held, led & _hard(node), node
         )
         gradient, information = gradient[TOLD], information[np.ix_(TOLD, TOLD)]
         shown = math.sqrt(found.squares[0] / max(found.freedom[0], 1.0))
         loss = found.objective / 2 if np.isfinite(information).all() else math.inf
-        return Laid(loss, gradient, information, replace(self, node=node), shown)
+        return Laid(
+            loss, gradient, information, replace(self, node=node, led=led, broken=broken), shown
+        )
 
     @property
     def held(self) -> np.ndarray:
@@ -113,9 +130,13 @@ class Followed:
         """What false and missed impacts cost, as a logarithm of the likelihood."""
         jitter, missed, spurious = self.seen.chain
         false = math.log(1 / spurious) - math.log(math.sqrt(2 * math.pi) * jitter)
-        lost = math.log(1 / LOST) - math.log(jitter)
-        paid = np.sum(~self.real) * false + self.missed * math.log(1 / missed) + self.broken * lost
-        return float(paid)
+        paid = np.sum(~self.real) * false + self.missed * math.log(1 / missed)
+        return float(paid) + self.broken * self.lost
+
+    @property
+    def lost(self) -> float:
+        """What it costs that the course breaks off."""
+        return math.log(1 / LOST) - math.log(self.seen.chain.jitter)
 
     @property
     def score(self) -> float:

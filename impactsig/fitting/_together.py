@@ -189,6 +189,10 @@ def _loss(laid: list[Laid | None]) -> float:
     return sum(one.loss for one in laid if one is not None)
 
 
+def _total(laid: list[Laid | None]) -> float:
+    return sum(one.total for one in laid if one is not None)
+
+
 def _stepped(
     layout: Layout,
     theta: np.ndarray,
@@ -204,17 +208,17 @@ def _stepped(
     here = _lay(orbits, theta)
     for _ in range(STEPS):
         gradient, information = _gathered(layout, here)
-        loss = _loss(here)
+        loss = _total(here)
         step = -np.linalg.solve(information, gradient)
         step /= max(1.0, float(np.max(np.abs(step) / LONGEST[layout.kinds])))
         for share in SHARES:
             trial = _moved(layout, theta, share * step, box)
             there = _lay(orbits, trial)
-            if _loss(there) < loss:
+            if _total(there) < loss:
                 break
         else:
             break
-        gained = loss - _loss(there)
+        gained = loss - _total(there)
         theta = trial
         orbits = [None if where is None else where.orbit for where in there]
         here = there

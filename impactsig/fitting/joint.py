@@ -206,6 +206,8 @@ def _candidate(
     if first is None:
         return None
     near = NEAR * sum(len(train.x) for train in trains)
+    if kind == "soft":  # comes into its own in the last rounds only
+        better = None
     if better is not None and first.score > better.first + 2 * near:
         return Candidate(kind, problems, layout, first, -math.inf, first.score)
     enough = near - (-math.inf if better is None else better.evidence)
