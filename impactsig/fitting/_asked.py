@@ -39,8 +39,12 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
 
 def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
     """Kinds of machine to compare, which many trains tell."""
-    names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(KINDS):
+    try:
+        names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
+        known = 0 < len(names) == len(set(names)) and set(names) <= set(KINDS)
+    except TypeError:
+        known = False
+    if not known:
         raise InvalidInput("kinds", kinds, f"some of {', '.join(KINDS)}, each once")
     if not many and names != ("rigid",):
         raise InvalidInput(

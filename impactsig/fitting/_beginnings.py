@@ -14,15 +14,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .._compiled import njit
 from ..simulate.batches.trains import Impacting, impacts_of_many
 from ._balance import TURN, Courses, Values, courses, forcings
+from ._like_kernels import CAP, distances
 from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, oscillator
 from ._partition import mean_phases
 from ._problem import Problem
 from ._together import AMPLITUDE, PHASE
-
-kernel = njit(nogil=True, error_model="numpy")
 
 LED = 6
 """Dampings at which the restitution coefficient that the balance leads to is a beginning."""
@@ -39,8 +37,7 @@ REACH = math.log(4.0)  # of the amplitudes about that at which the forced motion
 LEAST = {"restitution": 0.02, "damping": LEAST_DAMPING}
 SETTLING, LASTING, CROWDED = 15, 30, 10  # periods simulated, and impacts of one
 FASTEST = 1.5  # approach velocity at first
-PAIRS, FEWEST = 200, 10  # of intervals that are compared
-CAP = 0.15  # forcing periods, from which they are as far apart as can be
+PAIRS = 200  # of intervals that are compared
 SHIFTS, REPEATED = 64, 4  # phases tried, and runs for it
 
 
@@ -202,28 +199,6 @@ def _pairs(problem: Problem) -> np.ndarray:
     interval, joined = np.diff(problem.train.x), problem.train.joined
     whole = joined[1:] & joined[:-1]
     return np.column_stack((interval[:-1], interval[1:]))[whole][:PAIRS]
-
-
-@kernel
-def distances(seen, x, ends, apart):
-    """Mean squared distance of pairs of intervals from the nearest of the others, both ways."""
-    m, cap = len(seen), CAP * CAP
-    nearest = np.empty(m)
-    for machine in range(len(apart)):
-        begin, end = ends[machine], ends[machine + 1] - 2
-        nearest[:] = cap
-        total = 0.0
-        for i in range(begin, end):
-            first, second = x[i + 1] - x[i], x[i + 2] - x[i + 1]
-            least = cap
-            for j in range(m):
-                square = (seen[j, 0] - first) ** 2 + (seen[j, 1] - second) ** 2
-                least = min(least, square)
-                nearest[j] = min(nearest[j], square)
-            total += least
-        apart[machine] = 2 * cap
-        if end - begin >= FEWEST:
-            apart[machine] = total / (end - begin) + nearest.sum() / m
 
 
 def _phase(

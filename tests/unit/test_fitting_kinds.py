@@ -19,10 +19,10 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.fitting._beginnings import distances
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import echoes, without
 from impactsig.fitting._followed import Followed, Seen
+from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
