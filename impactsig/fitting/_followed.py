@@ -34,7 +34,7 @@ TOLD = np.delete(np.arange(PARAMETERS), STRENGTH)
 """Parameters that instants can tell."""
 BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
 """What the measuring chain is taken for at first: wide, so that every orbit begins."""
-TEARS = 4
+TEARS = 4  # times that legs are left out, at one step
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
 

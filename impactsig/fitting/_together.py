@@ -19,7 +19,7 @@ from ._followed import BEGUN, Followed, Laid, Seen
 
 ROUNDS, ENDS, STEPS = 5, 6, 8
 SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step, until one does not raise the loss
-AMPLITUDE, PHASE, EXTRA = 2, 4, 5  # places in theta
+AMPLITUDE, PHASE = 2, 4  # places in theta
 LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1, 0.2])  # of a step, on the scale of the parameters
 WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0, 3.0])  # what is known of one before the impacts tell
 GAIN = 0.1  # of the loss, for which another step is made
