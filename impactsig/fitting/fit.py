@@ -100,7 +100,8 @@ def fit_oscillator(
     takes about 10 seconds where strengths are known, 20 where not, and minutes where it has to
     begin anew. Of eight trains of 500 instants each, moved by 0.5 % of the mean interval, those of
     restitution coefficient and damping are about 0.02 and 8 % (0.009 and 4 % by 0.5 % of the
-    forcing period, which is shorter), in 12 seconds, and in 15 to 40 where all `kinds` are compared.
+    forcing period, which is shorter), in 12 seconds, or 15 to 40 where
+    all `kinds` are compared.
 
     Parameters
     ----------
