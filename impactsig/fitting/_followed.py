@@ -9,14 +9,14 @@ they pull at no parameter once these rest.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ._laying_kernels import lay
+from ._laying_kernels import CLOSE, ITERATIONS, lay
 from ._orbit import machine_of
-from ._orbit_kernels import Noise, project, smooth
+from ._orbit_kernels import PARAMETERS, STRENGTH, Noise, project, smooth
 from ._path import course
 from ._path_kernels import LOST, Chain
 
@@ -24,10 +24,17 @@ SLACKS = np.array([3e-4, 3e-5])
 HELD, MOVED, FREE = 0.3, 1.0, 50.0
 """Of the velocities, in gaps times omega_n: at first, as the parameters move, and in what these
 are found from, so that the velocities do not hold them back."""
-ITERATIONS, CLOSE = 20, 1e-4
 GRAZING = 0.03
 """Velocity of an impact, in gaps times omega_n, from which down a leg is left out: its information
 about the parameters grows without limit, and holds in no neighbourhood."""
+TORN = 300.0
+"""Chi squared of a leg from a soft stop, from which it is left out: whether the contact of a weak
+impact ends at once hangs on the forcing, and no step leads over that."""
+TOLD = np.delete(np.arange(PARAMETERS), STRENGTH)
+"""Parameters that instants can tell."""
+BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
+"""What the measuring chain is taken for at first: wide, so that every orbit begins."""
+TEARS = 4  # times that legs are left out, at one step
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
 
@@ -38,6 +45,7 @@ class Seen(NamedTuple):
     frequency: float  # of the forcing
     x: np.ndarray  # forcing periods
     joined: np.ndarray
+    kind: str  # of machine
     chain: Chain  # the jitter is found; were the shares, many missed would explain anything
 
     def shown(self, jitter: float) -> Seen:
@@ -51,8 +59,13 @@ class Laid(NamedTuple):
     loss: float  # half of the objective
     gradient: np.ndarray
     information: np.ndarray
-    node: np.ndarray
+    orbit: Followed
     jitter: float  # that the distances show
+
+    @property
+    def total(self) -> float:
+        """The loss, and what it costs that legs are not followed."""
+        return self.loss + self.orbit.broken * self.orbit.lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +74,7 @@ class Followed:
 
     seen: Seen
     real: np.ndarray  # which instants are not false
+    side: np.ndarray  # of the stop, 1 or -1
     led: np.ndarray  # legs that the orbit follows
     node: np.ndarray  # of the orbit: instants and approach velocities
     missed: int
@@ -69,45 +83,60 @@ class Followed:
     @classmethod
     def of(cls, seen: Seen, theta: np.ndarray, seed: int) -> Followed | None:
         """At the likeliest course; None where the oscillator follows hardly any."""
-        path = course(theta, seen.frequency, seen.x, seen.joined, seen.chain, seed)
+        path = course(theta, seen.kind, seen.frequency, seen.x, seen.joined, seen.chain, seed)
         if path is None or path.joined.sum() < FEWEST * len(seen.x):
             return None
-        node, led = path.node.copy(), path.joined.copy()
-        noise = Noise(seen.chain.jitter, HELD)
-        lay(machine_of(theta), 1.0, noise, SLACKS, _held(seen, path.real, node), led, node)
+        node, led = np.abs(path.node), path.joined.copy()
+        side = np.where(path.node[:, 1] < 0, -1.0, 1.0)
+        noise, held = Noise(seen.chain.jitter, HELD), _held(seen, path.real, side, node)
+        lay(machine_of(theta, seen.kind), 1.0, noise, SLACKS, held, led, node)
         if not np.isfinite(node).all():
             return None
         broken = path.broken + int((path.joined & ~led).sum())
-        return cls(seen, path.real, led & _hard(node), node, path.missed, broken)
+        return cls(seen, path.real, side, led & _hard(node), node, path.missed, broken)
 
     def laid(self, theta: np.ndarray) -> Laid:
         """The orbit at other parameters nearby, with its information about them."""
-        machine, noise, node = machine_of(theta), self.seen.chain.jitter, self.node.copy()
-        found = smooth(
-            machine, 1.0, Noise(noise, MOVED), SLACKS[-1], self.held, self.led, node,
-            ITERATIONS, CLOSE,
-        )  # fmt: skip
+        machine = machine_of(theta, self.seen.kind)
+        jitter, node, led = self.seen.chain.jitter, self.node.copy(), self.led
+        for _ in range(TEARS):
+            found = smooth(
+                machine, 1.0, Noise(jitter, MOVED), SLACKS[-1], self.held, led, node,
+                ITERATIONS, CLOSE,
+            )  # fmt: skip
+            torn = led & ~(found.release < TORN)
+            if self.seen.kind != "soft" or not torn.any():
+                break
+            led, node = led & ~torn, np.where(np.isfinite(node), node, self.node)
+        broken = self.broken + int(np.sum(self.led & ~led))
+        held = _held(self.seen, self.real, self.side, node)
         gradient, information = project(
-            machine, 1.0, Noise(noise, FREE), SLACKS[-1], _held(self.seen, self.real, node),
-            self.led & _hard(node), node,
-        )  # fmt: skip
+            machine, 1.0, Noise(jitter, FREE), SLACKS[-1], held, led & _hard(node), node
+        )
+        gradient, information = gradient[TOLD], information[np.ix_(TOLD, TOLD)]
+        shown = math.sqrt(found.squares[0] / max(found.freedom[0], 1.0))
         loss = found.objective / 2 if np.isfinite(information).all() else math.inf
-        jitter = math.sqrt(found.squares[0] / max(found.freedom[0], 1.0))
-        return Laid(loss, gradient, information, node, jitter)
+        return Laid(
+            loss, gradient, information, replace(self, node=node, led=led, broken=broken), shown
+        )
 
     @property
     def held(self) -> np.ndarray:
         """What was measured, and the velocities, as `smooth` takes them."""
-        return _held(self.seen, self.real, self.node)
+        return _held(self.seen, self.real, self.side, self.node)
 
     @property
     def cost(self) -> float:
         """What false and missed impacts cost, as a logarithm of the likelihood."""
         jitter, missed, spurious = self.seen.chain
         false = math.log(1 / spurious) - math.log(math.sqrt(2 * math.pi) * jitter)
-        lost = math.log(1 / LOST) - math.log(jitter)
-        paid = np.sum(~self.real) * false + self.missed * math.log(1 / missed) + self.broken * lost
-        return float(paid)
+        paid = np.sum(~self.real) * false + self.missed * math.log(1 / missed)
+        return float(paid) + self.broken * self.lost
+
+    @property
+    def lost(self) -> float:
+        """What it costs that the course breaks off."""
+        return math.log(1 / LOST) - math.log(self.seen.chain.jitter)
 
     @property
     def score(self) -> float:
@@ -132,5 +161,5 @@ def _hard(node: np.ndarray) -> np.ndarray:
     return legs
 
 
-def _held(seen: Seen, real: np.ndarray, node: np.ndarray) -> np.ndarray:
-    return np.column_stack((seen.x[real], node[:, 1], np.ones(len(node))))
+def _held(seen: Seen, real: np.ndarray, side: np.ndarray, node: np.ndarray) -> np.ndarray:
+    return np.column_stack((seen.x[real], node[:, 1], np.ones(len(node)), side))

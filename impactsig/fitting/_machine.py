@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..impacts import Impacts
-from ..oscillators import Force, Oscillator, Rigid, Stop
+from ..oscillators import Force, KelvinVoigt, Oscillator, Rigid, Stop
 from ..oscillators.batch import takes_arrays
 from ._balance import TURN, Values
 from ._partition import Train
@@ -53,6 +53,17 @@ PARAMETERS = {
     "amplitude": Parameter(0.01, 10.0, True, 0.06, 3e-4),
     "natural_frequency": Parameter(0.0, math.inf, True, 0.02, 1e-4),
 }
+EXTRA = {
+    "stiffness": Parameter(3.0, 3e3, True, 1.0, 0.01),
+    "second_gap": Parameter(0.2, 5.0, True, 0.1, 1e-3),
+}
+"""What only one kind of machine has: the stiffness of its soft stop by the spring's, from 3000 of
+which a contact lasts 1 % of a natural period and the stop is as good as rigid; and the distance of
+its second stop in gaps."""
+KINDS = {"rigid": None, "soft": "stiffness", "two-sided": "second_gap", "echo": None}
+"""Of machines with many trains, and which of these each has besides."""
+PLACES = {name: place for place, name in enumerate(PARAMETERS)} | dict.fromkeys(EXTRA, 5)
+"""In the vectors of joint fits; the phase is between them."""
 CHAIN = {
     "jitter": Parameter(1e-4, 0.1, True, 0.7, 0.01),  # forcing periods
     "missed": Parameter(0.0, 0.5, False, 0.02, 5e-4),
@@ -64,12 +75,19 @@ CHAIN = {
 @takes_arrays("forcing_frequency")
 def _oscillator(
     restitution: float, damping: float, amplitude: float, natural_frequency: float,
-    forcing_frequency: float,
+    forcing_frequency: float, stiffness: float | None = None, second_gap: float | None = None,
 ) -> Oscillator:  # fmt: skip
+    law: Rigid | KelvinVoigt = Rigid(restitution)
+    if stiffness is not None:
+        loss = -np.log(restitution)  # as `KelvinVoigt.equivalent` has it, of arrays
+        law = KelvinVoigt(stiffness, 2 * loss / np.hypot(np.pi, loss) * np.sqrt(stiffness))
+    stops = [Stop(1.0, law)]
+    if second_gap is not None:
+        stops.append(Stop(-second_gap, law, "lower"))
     return Oscillator(
         damping=2 * damping,
         forces=(Force(amplitude, forcing_frequency / natural_frequency),),
-        stops=(Stop(1.0, Rigid(restitution)),),
+        stops=tuple(stops),
         time_unit=1 / (TURN * natural_frequency),
         name=f"fitted at {forcing_frequency:g} Hz",
     )
@@ -77,7 +95,7 @@ def _oscillator(
 
 def oscillator(values: dict[str, Any], forcing_frequency: float) -> Any:
     """The dimensionless oscillator, or a batch of them; the unit of length is the gap."""
-    own: dict[str, Any] = {name: values[name] for name in PARAMETERS}
+    own = {name: values[name] for name in (*PARAMETERS, *EXTRA) if name in values}
     return _oscillator(**own, forcing_frequency=forcing_frequency)
 
 

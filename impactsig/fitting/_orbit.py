@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._contact_kernels import EXTRA, NONE, contacts
 from ._laying_kernels import CUT, lay
 from ._orbit_kernels import Machine, Noise, project
 from ._partition import Sifted
@@ -38,7 +39,7 @@ LOST = 0.5  # share of legs left out where no orbit is followed any more
 class Sight(NamedTuple):
     """The measured train as `smooth` takes it."""
 
-    seen: np.ndarray  # instants in forcing periods, strengths by their mean, noise by its share
+    seen: np.ndarray  # instants in forcing periods, strengths by their mean, noise by its share, 1
     joined: np.ndarray  # where no gap lies between two impacts
 
     @classmethod
@@ -47,7 +48,7 @@ class Sight(NamedTuple):
         strength = sifted.strength
         assert strength is not None
         x = sifted.cycle + sifted.phase
-        seen = np.column_stack((x, strength, np.hypot(strength, floor)))
+        seen = np.column_stack((x, strength, np.hypot(strength, floor), np.ones(len(x))))
         return cls(seen, sifted.joined)
 
 
@@ -63,14 +64,20 @@ class Orbit(NamedTuple):
     information: np.ndarray  # about these
 
 
-def machine_of(theta: np.ndarray) -> Machine:
-    """The oscillator of a parameter vector: restitution, three logarithms, phase."""
+def machine_of(theta: np.ndarray, kind: str = "rigid") -> Machine:
+    """The oscillator of a parameter vector: restitution, three logarithms, phase.
+
+    Of other kinds also the logarithm of what only these have, at `EXTRA`.
+    """
+    far = math.exp(theta[EXTRA]) if kind == "two-sided" else 1.0
+    contact = contacts(theta) if kind == "soft" else NONE
     r, zeta, omega = float(theta[0]), math.exp(theta[1]), math.exp(-theta[3])
     dynamic = 1 - omega**2 + 2j * zeta * omega
     response = math.exp(theta[2]) / dynamic
     return Machine(
         r, zeta, math.sqrt(1 - zeta**2), omega, float(theta[4]), response,
         -response * 2j * omega / dynamic, response * (2 * omega - 2j * zeta) / dynamic,
+        far, contact,
     )  # fmt: skip
 
 

@@ -6,7 +6,9 @@ and an approach velocity v; a leg from one impact to the next is off by
     g_1 = p_1 + C z + S w - 1,    g_2 = p'_1 - S z + (C - 2 zeta S) w - v_1,
 
 with p the forced response, z = 1 - p_0 and w = -r v_0 - p'_0 the free motion after the impact: the
-position and the velocity that the flow has at the second instant, less those of an impact. With
+position and the velocity that the flow has at the second instant, less those of an impact. A second
+stop, on the other side, is at -far in place of 1; from a soft one the flight begins where the
+contact ends (`_contact_kernels`). With
 measured instants x and strengths s of noise sigma_t and sigma_v s, the orbit is where
 
     sum (x - tau)^2 / sigma_t^2 + (s / c - v)^2 / (sigma_v s / c)^2 + |g|^2 / slack^2
@@ -24,12 +26,15 @@ from typing import NamedTuple
 import numpy as np
 
 from .._compiled import njit
+from ._contact_kernels import MOVED, STEP, TURN, bounce
 
 kernel = njit(nogil=True, error_model="numpy")
 
-TURN = 2 * math.pi
-SLOPES = 5  # restitution; logarithms of damping, amplitude, natural frequency; phase
-PARAMETERS = SLOPES + 1  # and the logarithm of the strength of an impact of velocity 1
+STRENGTH, OWN = 5, 6
+"""After restitution coefficient, logarithms of damping, amplitude and natural frequency, and phase:
+the logarithms of the strength of an impact of velocity 1, and of what only one kind of machine has,
+the position of a second stop or the stiffness of a soft one."""
+PARAMETERS = OWN + 1
 FARTHEST = 3.0  # sigma_t that an instant moves in one iteration
 FASTEST, LEAST = 0.5, 0.05  # share of a velocity that it moves by, and the least bound of that
 
@@ -45,6 +50,8 @@ class Machine(NamedTuple):
     response: complex
     by_damping: complex  # derivatives of the response
     by_frequency: complex
+    far: float  # the second stop is at -far
+    contact: np.ndarray  # `_contact_kernels.contacts`; without rows the stops are rigid
 
 
 class Noise(NamedTuple):
@@ -64,22 +71,31 @@ class Smoothed(NamedTuple):
 
 
 @kernel
-def leg(machine, t0, v0, t1, v1, off, slopes, full):
+def leg(machine, s0, t0, v0, s1, t1, v1, off, slopes, full):
     """Residual of a flight between two impacts, and its derivatives.
 
-    `off`, shape (2, 5): derivatives by t0, v0, t1, v1, then the misfit itself. `slopes`, shape
-    (2, SLOPES), if `full`: derivatives by the parameters.
+    `s0` and `s1` are the sides that these are on, 1 or -1. `off`, shape (2, 5): derivatives by t0,
+    v0, t1, v1, then the misfit itself. `slopes`, shape (2, PARAMETERS), if `full`: derivatives by
+    the parameters.
     """
     r, zeta, root, omega = machine.restitution, machine.damping, machine.root, machine.frequency
     unit = TURN / omega
-    h = unit * (t1 - t0)
-    angle = TURN * t0 + machine.phase
+    from0, to1 = (1.0 if s0 > 0 else -machine.far), (1.0 if s1 > 0 else -machine.far)
+    soft, begin, away = machine.contact.shape[0] > 0, t0, -r * s0 * v0
+    late_turn = away_turn = late_v = away_v = 0.0
+    if soft:
+        late, away, late_turn, away_turn, late_v, away_v = bounce(
+            machine.contact[0], TURN * t0 + machine.phase, v0
+        )
+        begin += late
+    h = unit * (t1 - begin)
+    angle = TURN * begin + machine.phase
     turn0 = complex(math.cos(angle), math.sin(angle))
     angle = TURN * t1 + machine.phase
     turn1 = complex(math.cos(angle), math.sin(angle))
     r0, r1 = machine.response * turn0, machine.response * turn1
     p0, q0, p1, q1 = r0.real, -omega * r0.imag, r1.real, -omega * r1.imag
-    z, w = 1 - p0, -r * v0 - q0
+    z, w = from0 - p0, away - q0
     decay = math.exp(-zeta * h)
     swing = decay * math.cos(root * h)
     s = decay * math.sin(root * h) / root
@@ -88,15 +104,21 @@ def leg(machine, t0, v0, t1, v1, off, slopes, full):
     dds = -s - 2 * zeta * ds
     speed, change = -s * z + ds * w, -ds * z + dds * w  # of the free motion
     a0, a1 = omega * omega * p0, omega * omega * p1
-    off[0, 0] = unit * (-c * q0 + s * a0 - speed)
-    off[1, 0] = unit * (s * q0 + ds * a0 - change)
-    off[0, 1], off[1, 1] = -r * s, -r * ds
+    begin0 = unit * (-c * q0 + s * a0 - speed)
+    begin1 = unit * (s * q0 + ds * a0 - change)
+    if soft:
+        off[0, 0] = begin0 * (1 + TURN * late_turn) + s * TURN * away_turn
+        off[1, 0] = begin1 * (1 + TURN * late_turn) + ds * TURN * away_turn
+        off[0, 1], off[1, 1] = begin0 * late_v + s * away_v, begin1 * late_v + ds * away_v
+    else:
+        off[0, 0], off[1, 0] = begin0, begin1
+        off[0, 1], off[1, 1] = -r * s0 * s, -r * s0 * ds
     off[0, 2], off[1, 2] = unit * (q1 + speed), unit * (change - a1)
-    off[0, 3], off[1, 3] = 0.0, -1.0
-    off[0, 4], off[1, 4] = p1 + c * z + s * w - 1, q1 + speed - v1
+    off[0, 3], off[1, 3] = 0.0, -s1
+    off[0, 4], off[1, 4] = p1 + c * z + s * w - to1, q1 + speed - s1 * v1
     if not full:
         return
-    slopes[0, 0], slopes[1, 0] = -s * v0, -ds * v0
+    slopes[0, 0], slopes[1, 0] = -s * s0 * v0, -ds * s0 * v0
     s_zeta = -h * s - zeta / (root * root) * (h * swing - s)
     c_zeta = -h * swing + h * zeta * s + s + zeta * s_zeta
     ds_zeta = c_zeta - 2 * s - 2 * zeta * s_zeta
@@ -111,6 +133,18 @@ def leg(machine, t0, v0, t1, v1, off, slopes, full):
     slopes[1, 3] = -omega * (-omega * d1.imag - r1.imag + s * dp - ds * dq + change * dh)
     dp, dq = -r0.imag, -omega * r0.real
     slopes[0, 4], slopes[1, 4] = -r1.imag - c * dp - s * dq, -omega * r1.real + s * dp - ds * dq
+    here = (0.0 if s0 > 0 else -machine.far), (0.0 if s1 > 0 else -machine.far)
+    slopes[0, OWN], slopes[1, OWN] = c * here[0] - here[1], -s * here[0]
+    if soft:
+        slopes[0, 0] = slopes[1, 0] = 0.0
+        slopes[0, 4] += begin0 * late_turn + s * away_turn
+        slopes[1, 4] += begin1 * late_turn + ds * away_turn
+        for n in range(len(MOVED)):
+            more = bounce(machine.contact[1 + 2 * n], TURN * t0 + machine.phase, v0)
+            less = bounce(machine.contact[2 + 2 * n], TURN * t0 + machine.phase, v0)
+            late, away = (more[0] - less[0]) / (2 * STEP), (more[1] - less[1]) / (2 * STEP)
+            slopes[0, MOVED[n]] += begin0 * late + s * away
+            slopes[1, MOVED[n]] += begin1 * late + ds * away
 
 
 @kernel
@@ -123,7 +157,7 @@ def _assemble(machine, scale, noise, slack, seen, joined, node, matrix, beside, 
     """
     n = len(node)
     full = right.shape[2] > 1
-    slopes = np.zeros((2, SLOPES))
+    slopes = np.zeros((2, PARAMETERS))
     weight = 1 / (slack * slack)
     instant = 1 / noise.instant**2
     objective = 0.0
@@ -137,14 +171,17 @@ def _assemble(machine, scale, noise, slack, seen, joined, node, matrix, beside, 
         right[k, 0, 0], right[k, 1, 0] = instant * early, strength * hard
         objective += instant * early**2 + strength * hard**2
         if full:  # the residual is (s - c v) / (c * ...): its derivative by log c is -v / ...
-            right[k, 1, PARAMETERS] = -strength * node[k, 1]
-            own[SLOPES, SLOPES] += strength * node[k, 1] ** 2
-            own[SLOPES, PARAMETERS] -= strength * node[k, 1] * hard
+            right[k, 1, 1 + STRENGTH] = -strength * node[k, 1]
+            own[STRENGTH, STRENGTH] += strength * node[k, 1] ** 2
+            own[STRENGTH, PARAMETERS] -= strength * node[k, 1] * hard
     for k in range(n - 1):
         if not joined[k]:
             continue
         off = legs[k]
-        leg(machine, node[k, 0], node[k, 1], node[k + 1, 0], node[k + 1, 1], off, slopes, full)
+        leg(
+            machine, seen[k, 3], node[k, 0], node[k, 1],
+            seen[k + 1, 3], node[k + 1, 0], node[k + 1, 1], off, slopes, full,
+        )  # fmt: skip
         for m in range(2):
             objective += weight * off[m, 4] ** 2
             for i in range(2):
@@ -159,11 +196,11 @@ def _assemble(machine, scale, noise, slack, seen, joined, node, matrix, beside, 
         if not full:
             continue
         for m in range(2):
-            for j in range(SLOPES):
+            for j in range(PARAMETERS):
                 for i in range(2):
                     right[k, i, 1 + j] -= weight * off[m, i] * slopes[m, j]
                     right[k + 1, i, 1 + j] -= weight * off[m, 2 + i] * slopes[m, j]
-                for i in range(SLOPES):
+                for i in range(PARAMETERS):
                     own[i, j] += weight * slopes[m, i] * slopes[m, j]
                 own[j, PARAMETERS] += weight * slopes[m, j] * off[m, 4]
     return objective
@@ -268,8 +305,9 @@ def smooth(machine, scale, noise, slack, seen, joined, node, most, close):
     noise : Noise
     slack : float
         Of every leg, in gaps and in gaps times omega_n.
-    seen : ndarray, shape (n, 3)
-        Instants in forcing periods, strengths, and what the noise of these is a share of.
+    seen : ndarray, shape (n, 4)
+        Instants in forcing periods, strengths, what the noise of these is a share of, and the side
+        of the stop, 1 or -1.
     joined : ndarray of bool, shape (n - 1,)
         Which legs count.
     node : ndarray, shape (n, 2)

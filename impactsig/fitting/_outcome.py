@@ -52,7 +52,8 @@ def outcome(
     periodic = settles(machine)
     if periodic or undetermined:
         intervals |= dict.fromkeys(names, (-math.inf, math.inf))
-    warnings = warnings_of(undetermined, periodic, used is not None, verdict)
+    told = used is not None or "stiffness" in names  # whether the stop is rigid
+    warnings = warnings_of(undetermined, periodic, told, verdict)
     train = problem.simulate(estimate.psi[None])
     simulated = as_impacts(train, frequency, problem.periods)
     chain = {name: values[name] for name in problem.names[count:]}
@@ -113,7 +114,7 @@ def interval_of(name: str, kind: Parameter, centre: float, deviation: float) -> 
 
 
 def warnings_of(
-    undetermined: tuple[str, ...], settles: bool, strengths: bool, verdict: Judgement
+    undetermined: tuple[str, ...], settles: bool, told: bool, verdict: Judgement
 ) -> tuple[str, ...]:
     """What to know before the numbers are used."""
     found = []
@@ -129,7 +130,7 @@ def warnings_of(
             f"{verdict.failed} of {JUDGED} trains simulated at the optimum have too few impacts to "
             "compare, or far too many; the p-value takes them for unlike the measured one"
         )
-    if not strengths:
+    if not told:
         found.append(ALONE)
     if verdict.p_value <= MISFIT:
         found.append(

@@ -15,11 +15,12 @@ import numpy as np
 
 from ..simulate.batches.trains import impacts_of_many
 from ._balance import TURN, Values, imbalance
-from ._machine import PARAMETERS, oscillator
+from ._machine import KINDS, PARAMETERS, oscillator
 from ._path_kernels import AHEAD, BEGINS, FALSE, Chain, likeliest
 
 ORBITS, STEPS = 60, 8  # simulated, and the states of each
 SETTLE = 3  # impacts by which it falls on the attractor, or along what leads there
+SETTLE_FROM_ANYWHERE = 12
 FEWEST = 15  # orbits: an oscillator with fewer hardly reaches the stop
 FASTEST = 3.0  # approach velocity of a beginning
 
@@ -35,7 +36,7 @@ class Path:
     joined : ndarray of bool, shape (real - 1,)
         From which of these to the next one orbit leads.
     node : ndarray, shape (real, 2)
-        Instants and approach velocities of the orbit, roughly.
+        Instants and approach velocities of the orbit, roughly; negative at a second stop.
     missed : int
         Impacts that were missed.
     broken : int
@@ -51,6 +52,7 @@ class Path:
 
 def course(
     theta: np.ndarray,
+    kind: str,
     frequency: float,
     x: np.ndarray,
     joined: np.ndarray,
@@ -63,7 +65,9 @@ def course(
     ----------
     theta : ndarray
         Restitution; logarithms of damping, amplitude, natural frequency by that of the forcing;
-        phase.
+        phase; what only its kind has.
+    kind : str
+        Of machine.
     frequency : float
         Of the forcing.
     x, joined
@@ -72,33 +76,40 @@ def course(
     seed : int
         Of the states that it is made of.
     """
-    states = _states(theta, frequency, x, seed)
+    states = _states(theta, kind, frequency, x, seed)
     if states is None:
         return None
-    node, kind = np.zeros((len(x), 2)), np.zeros(len(x), np.int64)
-    likeliest(*states, x, joined, chain, node, kind)
-    real = kind != FALSE
-    kind = kind[real]
-    missed = int(kind[(kind > 0) & (kind < BEGINS)].sum())
-    broken = int((kind[1:] == BEGINS).sum() - (~joined).sum())
-    return Path(real, kind[1:] == 0, node[real], missed, max(broken, 0))
+    node, step = np.zeros((len(x), 2)), np.zeros(len(x), np.int64)
+    likeliest(*states, x, joined, chain, node, step)
+    real = step != FALSE
+    step = step[real]
+    missed = int(step[(step > 0) & (step < BEGINS)].sum())
+    broken = int((step[1:] == BEGINS).sum() - (~joined).sum())
+    return Path(real, step[1:] == 0, node[real], missed, max(broken, 0))
 
 
 def _states(
-    theta: np.ndarray, frequency: float, x: np.ndarray, seed: int
+    theta: np.ndarray, kind: str, frequency: float, x: np.ndarray, seed: int
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Instants and approach velocities along short orbits that begin at measured impacts."""
     values = {
-        name: np.full(ORBITS, kind.value(one))
-        for (name, kind), one in zip(PARAMETERS.items(), theta[:4], strict=True)
+        name: np.full(ORBITS, own.value(one))
+        for (name, own), one in zip(PARAMETERS.items(), theta[:4], strict=True)
     }
     values["natural_frequency"] *= frequency
+    extra = KINDS[kind]
+    if extra is not None:
+        values[extra] = np.full(ORBITS, math.exp(theta[5]))
+    rng = np.random.default_rng(seed)
     single = Values(theta[0], math.exp(theta[1]), math.exp(theta[2]), math.exp(-theta[3]), theta[4])
     speed = imbalance(single, x[None])[1].ravel()
-    which = np.random.default_rng(seed).integers(len(speed), size=ORBITS)
+    which = rng.integers(len(speed), size=ORBITS)
     first = x[1:-1][which] % 1.0
-    away = -theta[0] * np.clip(np.nan_to_num(speed[which]), 0.0, FASTEST)
-    needed = SETTLE + STEPS + AHEAD
+    settle, speed = SETTLE, np.clip(np.nan_to_num(speed[which]), 0.0, FASTEST)
+    if kind == "two-sided":  # which stop they are on is not known, so neither is their velocity
+        settle, speed = SETTLE_FROM_ANYWHERE, rng.uniform(0.0, FASTEST / 2, ORBITS)
+    away = -theta[0] * speed
+    needed = settle + STEPS + AHEAD
     mean = (x[-1] - x[0]) / (len(x) - 1)
     found = impacts_of_many(
         oscillator(values, frequency), np.column_stack((np.ones(ORBITS), away)),
@@ -107,5 +118,6 @@ def _states(
     whole = np.diff(found.starts, append=len(found.x)) >= needed
     if whole.sum() < FEWEST:
         return None
-    at = found.starts[whole][:, None] + SETTLE + np.arange(STEPS + AHEAD)
-    return found.x[at] + first[whole][:, None], found.approach[at]
+    at = found.starts[whole][:, None] + settle + np.arange(STEPS + AHEAD)
+    side = np.where(found.stop[at] == 0, 1.0, -1.0)
+    return found.x[at] + first[whole][:, None], side * found.approach[at]

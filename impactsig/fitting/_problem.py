@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ._balance import Courses, courses
-from ._machine import CHAIN, PARAMETERS, Parameter
+from ._machine import CHAIN, EXTRA, PARAMETERS, Parameter
 from ._moments import FALSE, Moments
 from ._partition import Train
 from ._simulated import Beginnings, simulated
@@ -54,7 +54,7 @@ class Problem:
 
     def kind(self, name: str) -> Parameter:
         """The `Parameter` of a name."""
-        return PARAMETERS.get(name) or CHAIN[name]
+        return PARAMETERS.get(name) or EXTRA.get(name) or CHAIN[name]
 
     @property
     def box(self) -> tuple[np.ndarray, np.ndarray]:

@@ -8,24 +8,26 @@ out more, or lies farther off, than at an amplitude nearby, which is looked for.
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from .._watched import progress
-from ._followed import Followed, Laid, Seen
+from ._followed import BEGUN, Followed, Laid, Seen
 
-ROUNDS, ENDS, STEPS, TRIALS = 5, 6, 8, 5
+ROUNDS, ENDS, STEPS = 5, 6, 8
+SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step, until one does not raise the loss
 AMPLITUDE, PHASE = 2, 4  # places in theta
-LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1])  # of a step, on the scale of the parameters
-WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0])  # what is known of a parameter before the impacts tell
+LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1, 0.2])  # of a step, on the scale of the parameters
+WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0, 3.0])  # what is known of one before the impacts tell
 GAIN = 0.1  # of the loss, for which another step is made
 ELSEWHERE = (-0.12, -0.05, -0.02, 0.02, 0.05, 0.12)
 """Of the logarithm of an amplitude: where other valleys are looked for."""
 BETTER = 5.0  # logarithm of the likelihood, by which another valley is believed
-MENDED = (1, 4)  # rounds after which other valleys are looked for
-WORST = 10.0  # cost of an impact that no course leads to
+MENDED = 1, 3, 4  # rounds after which other valleys are looked for
+WORST = -math.log(BEGUN.spurious)  # cost of an impact that no course leads to
 FARTHEST = 50.0  # logarithm of the likelihood below the best of the last rounds: gone astray
 
 
@@ -55,7 +57,7 @@ class Layout(NamedTuple):
 class Joint(NamedTuple):
     """All trains at the parameters found."""
 
-    theta: np.ndarray  # shape (trains, 5)
+    theta: np.ndarray  # shape (trains, 6)
     seen: list[Seen]
     orbits: list[Followed | None]
     covariance: np.ndarray  # of all that are sought
@@ -68,18 +70,24 @@ def together(
     seen: list[Seen],
     box: tuple[np.ndarray, np.ndarray],
     rng: np.random.Generator,
+    propose: Callable[[int, np.ndarray], list[np.ndarray]],
+    enough: float = math.inf,
 ) -> Joint | None:
     """The parameters at which orbits lie nearest to all trains; None where most have no orbit.
 
     Parameters
     ----------
     layout : Layout
-    theta : ndarray, shape (trains, 5)
+    theta : ndarray, shape (trains, 6)
         Where to begin; see `_path.course`.
     seen : list of Seen
     box : (ndarray, ndarray)
-        Least and greatest of the parameters of each, shape (trains, 5).
+        Least and greatest of the parameters of each, shape (trains, 6).
     rng : Generator
+    propose : callable
+        Other parameters of a train, by its number and those it has: where it may lie as well.
+    enough : float
+        A score from which it ends early, as another kind of machine is far better.
     """
     near: list[Joint] = []
     seeds = rng.integers(2**32, size=len(seen)).tolist()
@@ -92,7 +100,9 @@ def together(
                 return None
             theta, seen = found.theta, found.seen
             if number in MENDED:
-                theta = _elsewhere(layout, theta, seen, box, seeds)
+                theta = _elsewhere(layout, theta, seen, box, seeds, propose)
+            if number == ROUNDS - 1 and found.score > enough:
+                return found
             if number >= ROUNDS:
                 near.append(found)
             advance(1)
@@ -100,23 +110,16 @@ def together(
 
 
 def nearest(
+    layout: Layout,
     beginnings: list[np.ndarray],
     seen: list[Seen],
     box: tuple[np.ndarray, np.ndarray],
     rng: np.random.Generator,
-) -> list[np.ndarray]:
-    """Beginnings, those first at which the courses leave least out."""
+) -> Joint | None:
+    """The likeliest of what a round makes of each beginning."""
     seeds = rng.integers(2**32, size=len(seen)).tolist()
-    costs, within = [], [np.clip(theta, *box) for theta in beginnings]
-    for theta in within:
-        orbits = [Followed.of(*one) for one in zip(seen, theta, seeds, strict=True)]
-        costs.append(
-            sum(
-                len(own.x) * WORST if one is None else one.cost
-                for one, own in zip(orbits, seen, strict=True)
-            )
-        )
-    return [within[k] for k in np.argsort(costs)]
+    found = [_round(layout, np.clip(theta, *box), seen, box, seeds) for theta in beginnings]
+    return min((one for one in found if one is not None), key=lambda one: one.score, default=None)
 
 
 def _round(
@@ -136,7 +139,10 @@ def _round(
         one if orbit is None or where is None else one.shown(orbit.jitter(where.jitter))
         for one, orbit, where in zip(seen, orbits, laid, strict=True)
     ]
-    score = sum(one.score for one in orbits if one is not None) + _loss(laid)
+    score = _loss(laid) + sum(
+        len(own.x) * WORST if one is None else one.score
+        for one, own in zip(orbits, seen, strict=True)
+    )
     return Joint(theta, seen, orbits, np.linalg.inv(_gathered(layout, laid)[1]), score)
 
 
@@ -183,34 +189,38 @@ def _loss(laid: list[Laid | None]) -> float:
     return sum(one.loss for one in laid if one is not None)
 
 
+def _total(laid: list[Laid | None]) -> float:
+    return sum(one.total for one in laid if one is not None)
+
+
 def _stepped(
     layout: Layout,
     theta: np.ndarray,
     orbits: list[Followed | None],
     box: tuple[np.ndarray, np.ndarray],
 ) -> tuple[np.ndarray, list[Followed | None], list[Laid | None]]:
-    """Steps by Gauss and Newton with Levenberg's damping, the courses fixed."""
-    here, damping = _lay(orbits, theta), 0.0
+    """Steps by Gauss and Newton, the courses fixed.
+
+    Where a whole step raises the loss, as of a single leg whose weak impact the oscillator misses
+    there, less of it is taken: Levenberg's damping hardly moves along the ridge that joins
+    restitution, damping and amplitudes.
+    """
+    here = _lay(orbits, theta)
     for _ in range(STEPS):
         gradient, information = _gathered(layout, here)
-        loss = _loss(here)
-        for _ in range(TRIALS):
-            raised = information + damping * np.diag(np.diag(information))
-            step = -np.linalg.solve(raised, gradient)
-            step /= max(1.0, float(np.max(np.abs(step) / LONGEST[layout.kinds])))
-            trial = _moved(layout, theta, step, box)
+        loss = _total(here)
+        step = -np.linalg.solve(information, gradient)
+        step /= max(1.0, float(np.max(np.abs(step) / LONGEST[layout.kinds])))
+        for share in SHARES:
+            trial = _moved(layout, theta, share * step, box)
             there = _lay(orbits, trial)
-            if _loss(there) < loss:
+            if _total(there) < loss:
                 break
-            damping = max(10 * damping, 1e-2)
         else:
             break
-        gained = loss - _loss(there)
-        theta, damping = trial, 0.1 * damping
-        orbits = [
-            one if one is None or where is None else replace(one, node=where.node)
-            for one, where in zip(orbits, there, strict=True)
-        ]
+        gained = loss - _total(there)
+        theta = trial
+        orbits = [None if where is None else where.orbit for where in there]
         here = there
         if gained < GAIN:
             break
@@ -223,17 +233,21 @@ def _elsewhere(
     seen: list[Seen],
     box: tuple[np.ndarray, np.ndarray],
     seeds: list[int],
+    propose: Callable[[int, np.ndarray], list[np.ndarray]],
 ) -> np.ndarray:
     """Each train at other amplitudes: where one suits it better, it is moved there."""
     if AMPLITUDE not in layout.own:
         return theta
     theta, single = theta.copy(), Layout((), layout.own, 1)
+    usual = float(np.median([one.chain.jitter for one in seen]))
     for k, one in enumerate(seen):
+        # A train that is astray seems to jitter more than the others, and all valleys look alike.
+        one = one.shown(min(one.chain.jitter, usual))
         own, chosen = (box[0][k], box[1][k]), theta[k]
         least = _alone(single, theta[k], one, own, seeds[k], np.inf)[0] - BETTER
-        for off in ELSEWHERE:
-            trial = theta[k].copy()
-            trial[AMPLITUDE] += off
+        trials = np.tile(theta[k], (len(ELSEWHERE), 1))
+        trials[:, AMPLITUDE] += ELSEWHERE
+        for trial in (*trials, *propose(k, theta[k])):
             there = _alone(single, np.clip(trial, *own), one, own, seeds[k], least)
             if there[0] < least:
                 least, chosen = there

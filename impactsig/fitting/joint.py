@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,34 +14,41 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..intervals import identify_period
 from ._asked import observed
-from ._balance import TURN, Courses, Values, courses, forcings
-from ._followed import Followed, Seen
+from ._balance import TURN
+from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
+from ._echoes import Echoes, echoes, without
+from ._followed import BEGUN, Followed, Seen
 from ._judging import JUDGED, LEAST_P, Judgement, judged
-from ._machine import PARAMETERS, as_train
+from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train
 from ._narrow import Estimate
 from ._outcome import outcome
-from ._partition import mean_phases
-from ._path_kernels import Chain
+from ._partition import Train
 from ._problem import Problem
 from ._simulated import Beginnings
-from ._together import AMPLITUDE, PHASE, Joint, Layout, nearest, together
+from ._together import AMPLITUDE, PHASE, WIDEST, Joint, Layout, nearest, together
 from .machine import MachineFit, machine_of_runs
 from .result import OscillatorFit
 
 FEWEST = 100
 """Impacts of a train, below which its words cannot be compared."""
-BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
-"""What the measuring chain is taken for at first: wide, so that every orbit begins."""
-LED, TRIES = 6, 3
-"""Dampings at which the restitution coefficient that the balance leads to is asked how much its
-courses leave out, and how many of these are beginnings."""
-LEAST_WORDS, MOST_WORDS, PARTS = 4, 15, 30
-"""In a mean course: a share of the impacts, within bounds."""
+NEAR = 0.1
+"""Logarithm of the evidence by the number of impacts, within which another kind is looked at again,
+and beyond which it is given up before its last rounds, beyond twice as much after the first."""
+NESTED = {"rigid", "soft"}  # one of which is a limit of the other
+LEAST_SECOND = 0.02  # share of the impacts on a second stop, below which it has none
 SPEED = 0.3
 """Approach velocity where no orbit tells it."""
-GRID = 18, 10
-"""Restitution coefficients and dampings at which the balance of the mean courses is asked."""
-LEAST_DAMPING = 5e-3
+
+
+class Candidate(NamedTuple):
+    """A kind of machine, at the parameters found for it."""
+
+    kind: str
+    problems: list[Problem]
+    layout: Layout
+    joint: Joint
+    evidence: float  # logarithm
+    first: float  # score of the first round
 
 
 def telling(
@@ -73,52 +81,180 @@ def telling(
     return kept, frequencies, tuple(periodic)
 
 
+class Asked(NamedTuple):
+    """What is to be fitted, and how."""
+
+    names: tuple[str, ...]  # free parameters
+    known: dict[str, float]
+    limits: dict[str, tuple[float, float]]
+    common: bool  # whether the amplitude is the same in all
+    kinds: tuple[str, ...]
+    rng: np.random.Generator
+
+
 def fit_trains(
-    trains: list[Impacts],
-    frequencies: list[float],
-    periodic: tuple[int, ...],
-    names: tuple[str, ...],
-    known: dict[str, float],
-    limits: dict[str, tuple[float, float]],
-    common: bool,
-    rng: np.random.Generator,
+    trains: list[Impacts], frequencies: list[float], periodic: tuple[int, ...], asked: Asked
 ) -> MachineFit:
-    """Fit them together; `common` says that the amplitude is the same in all."""
-    if min(known.get("damping", 1.0), known.get("amplitude", 1.0)) <= 0:
-        raise InvalidInput("free", names, "a known damping and amplitude above 0, or free ones")
-    problems = [
-        Problem(names, known, limits, frequency, as_train(impacts, frequency, None), rng)
-        for impacts, frequency in zip(trains, frequencies, strict=True)
-    ]
-    seen = [Seen(one.forcing_frequency, one.train.x, one.train.joined, BEGUN) for one in problems]
-    box = _box(problems)
-    best: MachineFit | None = None
-    for theta in nearest(list(_beginnings(problems)), seen, box, rng)[:TRIES]:
-        layout = _layout(names, False, len(trains))
-        joint = together(layout, theta, seen, box, rng)
-        if common and joint is not None:  # each by itself first: tied, one astray holds all
-            layout = _layout(names, True, len(trains))
-            theta = joint.theta.copy()
-            theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
-            joint = together(layout, theta, joint.seen, box, rng)
-        if joint is None:
-            continue
-        runs = tuple(
-            _run(problem, impacts, k, layout, joint)
-            for k, (problem, impacts) in enumerate(zip(problems, trains, strict=True))
-        )
-        found = machine_of_runs(runs, _shared(names, common), joint.covariance, periodic)
-        if best is None or found.p_value > best.p_value:
-            best = found
-        if not best.misfit:
-            break
-    if best is None:
+    """Fit each kind of machine to all trains, and describe the likeliest."""
+    if min(asked.known.get("damping", 1.0), asked.known.get("amplitude", 1.0)) <= 0:
         raise InvalidInput(
-            "impacts", f"{len(trains)} trains", "those of one oscillator with one rigid stop",
+            "free", asked.names, "a known damping and amplitude above 0, or free ones"
+        )
+    measured = [
+        as_train(one, frequency, None) for one, frequency in zip(trains, frequencies, strict=True)
+    ]
+    heard = echoes(measured, frequencies) if "echo" in asked.kinds else None
+    found: dict[str, Candidate] = {}
+    for kind in asked.kinds:
+        if kind == "echo" and heard is None:
+            continue
+        better = _likeliest(found) if found else None
+        mine = _candidate(kind, measured, frequencies, asked, heard, None, better)
+        if mine is not None:
+            found[kind] = mine
+    if not found:
+        raise InvalidInput(
+            "impacts", f"{len(trains)} trains",
+            f"those of one oscillator: {', '.join(asked.kinds)}",
             "No orbit follows most of them. Check the forcing periods and the parameters that are "
-            "not free; a second stop, a soft one, or friction cannot be fitted",
+            "not free; name other `kinds`; friction cannot be fitted",
         )  # fmt: skip
-    return best
+    best = _likeliest(found)
+    near = NEAR * sum(len(train.x) for train in measured)
+    for kind, one in list(found.items()):  # where it is close, both begin where one ended
+        if {kind, best.kind} == NESTED and best.evidence - one.evidence < near:
+            mine = _candidate(kind, measured, frequencies, asked, heard, best, None)
+            if mine is not None and mine.evidence > one.evidence:
+                found[kind] = mine
+    best = _likeliest(found)
+    if best.kind == "echo":
+        assert heard is not None
+        trains = [one[~echo] for one, echo in zip(trains, heard.which, strict=True)]
+    runs = tuple(
+        _run(problem, impacts, k, best.layout, best.joint)
+        for k, (problem, impacts) in enumerate(zip(best.problems, trains, strict=True))
+    )
+    odds = {
+        kind: found[kind].evidence - best.evidence if kind in found else -math.inf
+        for kind in asked.kinds
+    }
+    return machine_of_runs(
+        runs, _shared(best.problems[0].free, asked.common), best.joint.covariance, periodic,
+        best.kind, odds, heard if best.kind == "echo" else None,
+    )  # fmt: skip
+
+
+def _likeliest(found: dict[str, Candidate]) -> Candidate:
+    return max(found.values(), key=lambda one: one.evidence)
+
+
+def _candidate(
+    kind: str,
+    trains: list[Train],
+    frequencies: list[float],
+    asked: Asked,
+    heard: Echoes | None,
+    close: Candidate | None,
+    better: Candidate | None,
+) -> Candidate | None:
+    """A kind of machine fitted to all trains; None where no orbit of it follows most of them.
+
+    Parameters
+    ----------
+    heard : Echoes or None
+        Those that the kind "echo" is without.
+    close : Candidate or None
+        Of another kind, where this one begins; unless given it is sought anywhere.
+    better : Candidate or None
+        Of another kind: what is far worse is not refined.
+    """
+    extra, limits, names = KINDS[kind], dict(asked.limits), asked.names
+    default = PARAMETERS["amplitude"]
+    if limits.get("amplitude") == (default.low, default.high):  # well above resonance it takes more
+        ratio = max(frequencies) / asked.known["natural_frequency"]
+        limits["amplitude"] = default.low, default.high * max(1.0, ratio**2)
+    if extra is not None:
+        limits[extra] = (EXTRA[extra].low, EXTRA[extra].high)
+        names = (*names, extra)
+    if kind == "soft" and "restitution" in limits:
+        low, high = limits["restitution"]
+        limits["restitution"] = max(low, min(LEAST["restitution"], high)), high
+    if kind == "echo" and heard is not None:
+        trains = [without(train, echo) for train, echo in zip(trains, heard.which, strict=True)]
+    problems = [
+        Problem(names, asked.known, limits, frequency, train, asked.rng)
+        for train, frequency in zip(trains, frequencies, strict=True)
+    ]
+    seen = [
+        Seen(one.forcing_frequency, one.train.x, one.train.joined, kind, BEGUN) for one in problems
+    ]
+    box, count = _box(problems), len(trains)
+    if close is not None:
+        begun = [close.joint.theta.copy()]
+        if extra is not None and KINDS[close.kind] != extra:
+            begun[0][:, PLACES[extra]] = math.log(EXTRA[extra].high)
+    else:
+        begun = simulated_like(problems, kind, asked.rng)
+        if extra is None:
+            begun += balanced(problems)
+    layout = _layout(names, False, count)
+
+    def propose(k: int, theta: np.ndarray) -> list[np.ndarray]:
+        return amplitudes_like(problems[k], kind, theta, asked.rng)
+
+    first = nearest(layout, begun, seen, box, asked.rng)
+    if first is None:
+        return None
+    near = NEAR * sum(len(train.x) for train in trains)
+    if kind == "soft":  # comes into its own in the last rounds only
+        better = None
+    if better is not None and first.score > better.first + 2 * near:
+        return Candidate(kind, problems, layout, first, -math.inf, first.score)
+    enough = near - (-math.inf if better is None else better.evidence)
+    joint = together(layout, first.theta, seen, box, asked.rng, propose, enough)
+    if asked.common and joint is not None:  # each by itself first: tied, one astray holds all
+        layout = _layout(names, True, count)
+        theta = joint.theta.copy()
+        theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
+        joint = together(layout, theta, joint.seen, box, asked.rng, propose, enough)
+    if joint is None or (kind == "two-sided" and _second(joint) < LEAST_SECOND):
+        return None
+    if kind == "two-sided" and "amplitude" in names:
+        joint = mirrored(layout, joint)
+    score = joint.score
+    if kind == "echo" and heard is not None:
+        score += sum(heard.cost(k, frequency) for k, frequency in enumerate(frequencies))
+    spread = np.linalg.slogdet(joint.covariance)[1] - 2 * np.log(WIDEST[layout.kinds]).sum()
+    return Candidate(kind, problems, layout, joint, spread / 2 - score, first.score)
+
+
+def _second(joint: Joint) -> float:
+    """Share of the impacts on the second stop, or on the first where these are fewer."""
+    sides = np.concatenate([one.side for one in joint.orbits if one is not None])
+    share = float(np.mean(sides < 0))
+    return min(share, 1 - share)
+
+
+def mirrored(layout: Layout, joint: Joint) -> Joint:
+    """The same machine seen from its nearer stop, whose distance is the unit of length."""
+    place = PLACES["second_gap"]
+    by = float(joint.theta[0, place])
+    if by >= 0:
+        return joint
+    theta = joint.theta.copy()
+    theta[:, place] = -by
+    theta[:, AMPLITUDE] -= by
+    theta[:, PHASE] += math.pi
+    kinds = layout.kinds
+    turned = np.eye(len(kinds))
+    gap = int(np.flatnonzero(kinds == place)[0])
+    turned[kinds == AMPLITUDE, gap] = turned[gap, gap] = -1
+    orbits = [
+        None if one is None else replace(one, side=-one.side, node=one.node * [1.0, math.exp(-by)])
+        for one in joint.orbits
+    ]
+    covariance = turned @ joint.covariance @ turned.T
+    return joint._replace(theta=theta, orbits=orbits, covariance=covariance)
 
 
 def _shared(names: tuple[str, ...], common: bool) -> tuple[str, ...]:
@@ -126,83 +262,35 @@ def _shared(names: tuple[str, ...], common: bool) -> tuple[str, ...]:
 
 
 def _layout(names: tuple[str, ...], common: bool, trains: int) -> Layout:
-    places = tuple(PARAMETERS)
-    shared = tuple(places.index(name) for name in _shared(names, common))
+    shared = tuple(PLACES[name] for name in _shared(names, common))
     own = () if common or "amplitude" not in names else (AMPLITUDE,)
     return Layout(shared, (*own, PHASE), trains)
 
 
 def _box(problems: list[Problem]) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest of the parameters of each train."""
-    low, high = (
-        np.full((len(problems), PHASE + 1), -np.inf),
-        np.full((len(problems), PHASE + 1), np.inf),
-    )
-    for place, (name, kind) in enumerate(PARAMETERS.items()):
-        if name in problems[0].bounds:
-            low[:, place], high[:, place] = (kind.scale(one) for one in problems[0].bounds[name])
+    shape = len(problems), max(PLACES.values()) + 1
+    low, high = np.full(shape, -np.inf), np.full(shape, np.inf)
+    for name, bounds in problems[0].bounds.items():
+        kind, place = problems[0].kind(name), PLACES[name]
+        low[:, place], high[:, place] = (kind.scale(one) for one in bounds)
     by = np.log([problem.forcing_frequency for problem in problems])
     low[:, PHASE - 1] -= by
     high[:, PHASE - 1] -= by
     return low, high
 
 
-def _beginnings(problems: list[Problem]) -> Iterator[np.ndarray]:
-    """Where the balance of the mean courses of all trains leads, the nearest first."""
-    known, limits = problems[0].known, problems[0].bounds
-
-    def grid(name: str, count: int, least: float) -> np.ndarray:
-        if name not in limits:
-            return np.array([known[name]])
-        low, high = limits[name]
-        kind, low = PARAMETERS[name], max(low, min(least, high / 2))
-        share = (np.arange(count) + 0.5) / count
-        value: np.ndarray = kind.value(
-            kind.scale(low) + share * (kind.scale(high) - kind.scale(low))
-        )
-        return value
-
-    pairs = np.meshgrid(grid("restitution", GRID[0], 0.0), grid("damping", GRID[1], LEAST_DAMPING))
-    restitution, damping = (side.ravel() for side in pairs)
-    total, found = np.zeros(len(restitution)), []
-    for problem in problems:
-        ratio = problem.forcing_frequency / known["natural_frequency"]
-        values = Values(restitution, damping, None, ratio, None)
-        off, amplitude, phase = forcings(values, _courses(problem))
-        total += np.log(off)
-        found.append((amplitude, phase - TURN * mean_phases(problem.train)[0], ratio))
-    for _ in range(LED):
-        best = int(np.argmin(total))
-        if not np.isfinite(total[best]):
-            return
-        theta = np.array([
-            (restitution[best], math.log(damping[best]), math.log(amplitude[best]),
-             -math.log(ratio), phase[best])
-            for amplitude, phase, ratio in found
-        ])  # fmt: skip
-        if "amplitude" in known:
-            theta[:, AMPLITUDE] = math.log(known["amplitude"])
-        yield theta
-        total[damping == damping[best]] = np.inf
-
-
-def _courses(problem: Problem) -> Courses:
-    """Of fewer words than of long trains: with little jitter a mean of a few will do."""
-    fewest = max(LEAST_WORDS, min(MOST_WORDS, len(problem.train.x) // PARTS))
-    return courses(problem.train, problem.moments.partition, fewest)
-
-
 def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Joint) -> OscillatorFit:
     """One train beside the oscillator that all share."""
     theta, seen = joint.theta[k], joint.seen[k]
-    names, places, count = problem.free, tuple(PARAMETERS), len(seen.x)
-    scaled = theta[:PHASE].copy()
-    scaled[-1] += math.log(problem.forcing_frequency)
+    names, count = problem.free, len(seen.x)
+    scaled = theta.copy()
+    scaled[PHASE - 1] += math.log(problem.forcing_frequency)
     orbit, jitter = joint.orbits[k], seen.chain.jitter
     missed, spurious = (0.0, 0.0) if orbit is None else orbit.shares
-    own = [scaled[places.index(name)] for name in names]
+    own = [scaled[PLACES[name]] for name in names]
     psi = np.clip([*own, math.log(jitter), missed, spurious], *problem.box)
-    place = layout.of(k)[[list(layout.sought).index(places.index(name)) for name in names]]
+    place = layout.of(k)[[list(layout.sought).index(PLACES[name]) for name in names]]
     variance = [1 / (2 * count), *(max(one, 1 / count) / count for one in (missed, spurious))]
     covariance = np.diag([*np.zeros(len(names)), *variance])
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
@@ -217,5 +305,5 @@ def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Join
 def _states(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:
     if orbit is None:
         return Beginnings(theta[PHASE] + TURN * seen.x, np.full(len(seen.x), SPEED))
-    hard = orbit.node[:, 1] > 0
+    hard = (orbit.node[:, 1] > 0) & (orbit.side > 0)
     return Beginnings(theta[PHASE] + TURN * orbit.node[hard, 0], orbit.node[hard, 1])

@@ -9,22 +9,29 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._showing import Shown, drawn_on_figure_by
-from ._machine import PARAMETERS
+from ._echoes import Echoes
+from ._machine import EXTRA, PARAMETERS
 from ._outcome import ALONE, interval_of, not_determined
 from .result import OscillatorFit, in_words
 
 MISFIT = 0.01
 """Of the p-value of all trains."""
+DECIDED = 100.0
+"""Logarithm of the odds from which another kind is ruled out."""
 
 
 @dataclass(frozen=True, eq=False)
 class MachineFit(Shown):
     """One oscillator for many trains: what they share, and each with its own forcing.
 
+    Of several kinds of machine that were compared it is the likeliest.
+
     Attributes
     ----------
     values : dict of str to float
-        What is the same in all trains, free or known; see `OscillatorFit`.
+        What is the same in all trains, free or known; see `OscillatorFit`. Of a soft stop also its
+        "stiffness" by the spring's, beside which "restitution" is that of a free contact; of a
+        machine with two stops "second_gap", the distance of the farther by that of the nearer.
     intervals : dict of str to (float, float)
         95 % intervals of the free ones; (-inf, inf) of all where the trains do not tell one.
     free : tuple of str
@@ -43,6 +50,15 @@ class MachineFit(Shown):
         Of all trains together, by Fisher's method from those of the runs.
     warnings : tuple of str
         What to know before the numbers are used.
+    kind : {"rigid", "soft", "two-sided", "echo"}
+        The likeliest kind of machine: with one rigid stop, a soft one, two rigid ones on either
+        side, or one rigid stop whose impacts have echoes.
+    log_odds : dict of str to float
+        Logarithm of the evidence of each kind that was compared, less that of the likeliest;
+        -inf where no orbit of that kind follows the trains.
+    echoes : dict of str to float
+        Of the kind "echo": "delay", how long after its impact an echo comes [s], and "share", of
+        the impacts that have one; else empty.
 
     See Also
     --------
@@ -68,6 +84,18 @@ class MachineFit(Shown):
     periodic: tuple[int, ...]
     p_value: float
     warnings: tuple[str, ...]
+    kind: str
+    log_odds: Mapping[str, float]
+    echoes: Mapping[str, float]
+
+    @property
+    def decided(self) -> bool:
+        """Whether the kind is told: no other's `log_odds` are above -100.
+
+        The evidence counts what the likeliest courses through the trains leave out, and differs
+        by some tens from one draw of these to the next, so that odds of less tell nothing.
+        """
+        return sum(odds > -DECIDED for odds in self.log_odds.values()) == 1
 
     @property
     def misfit(self) -> bool:
@@ -82,7 +110,8 @@ class MachineFit(Shown):
 
     def describe(self) -> str:
         """The numbers in a few lines of words."""
-        lines = [in_words(name, self.values[name], self.intervals[name]) for name in self.free]
+        lines = [] if len(self.log_odds) == 1 else [self._kinds()]
+        lines += [in_words(name, self.values[name], self.intervals[name]) for name in self.free]
         if "amplitude" not in self.values:
             own = [run.values["amplitude"] for run in self.runs]
             lines.append(f"amplitudes {min(own):.4g} to {max(own):.4g}")
@@ -92,6 +121,11 @@ class MachineFit(Shown):
             f"each (p {self.p_value:.2g})"
         )
         return "\n".join((*lines, *self.warnings))
+
+    def _kinds(self) -> str:
+        others = [f"{name} {odds:.0f}" for name, odds in self.log_odds.items() if name != self.kind]
+        told = "" if self.decided else "undecided; likeliest "
+        return f"{told}{self.kind} (log odds of the others: {', '.join(others)})"
 
     plot = drawn_on_figure_by("machine_fit", "it")
 
@@ -104,6 +138,9 @@ def machine_of_runs(
     shared: tuple[str, ...],
     covariance: np.ndarray,
     periodic: tuple[int, ...],
+    kind: str,
+    log_odds: Mapping[str, float],
+    heard: Echoes | None,
 ) -> MachineFit:
     """The machine, from each train beside the oscillator that all share.
 
@@ -123,10 +160,14 @@ def machine_of_runs(
     deviations = np.sqrt(np.diag(covariance))
     intervals = {}
     for name, deviation in zip(shared, deviations, strict=False):
-        kind = PARAMETERS[name]
-        intervals[name] = interval_of(name, kind, kind.scale(first.values[name]), deviation)
+        own_kind = (PARAMETERS | EXTRA)[name]
+        intervals[name] = interval_of(name, own_kind, own_kind.scale(first.values[name]), deviation)
     undetermined = tuple(name for name in shared if not math.isfinite(intervals[name][0]))
-    warnings = [ALONE]
+    warnings = [] if "soft" in log_odds else [ALONE]
+    rivals = [name for name, odds in log_odds.items() if name != kind and odds > -DECIDED]
+    if rivals:
+        named = " or ".join(rivals)
+        warnings.insert(0, f"the kind of machine is not told: {named} explains the trains as well")
     if undetermined:
         intervals = dict.fromkeys(shared, (-math.inf, math.inf))
         warnings.insert(0, not_determined(undetermined))
@@ -135,9 +176,10 @@ def machine_of_runs(
     if p_value <= MISFIT:
         warnings.append(
             "misfit: the trains are farther from simulated ones than these are from each other, "
-            "and one oscillator does not explain them all. The machine is of another kind, a "
+            "and one oscillator does not explain them all. The machine is of another kind (name "
+            "those to compare as `kinds`), a "
             "parameter that is not free is wrong, or one of the runs is not like the others (see "
-            "their p-values); the intervals hold for one rigid stop only"
+            "their p-values); the intervals hold for that kind only"
         )
     return MachineFit(
         {name: value for name, value in first.values.items() if name not in own},
@@ -149,4 +191,7 @@ def machine_of_runs(
         periodic,
         p_value,
         tuple(warnings),
+        kind,
+        {name: float(odds) for name, odds in log_odds.items()},
+        {} if heard is None else {"delay": heard.delay, "share": heard.share},
     )

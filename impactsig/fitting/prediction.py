@@ -10,7 +10,7 @@ import numpy as np
 
 from .._showing import Shown, drawn_on_figure_by
 from ._judging import p_value
-from ._machine import CHAIN, PARAMETERS
+from ._machine import CHAIN, EXTRA, PARAMETERS
 from ._simulated import Beginnings, simulated
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def _drawn(
     normal = rng.standard_normal((trains, len(squares)))
     psi = posterior.centre + normal * np.sqrt(squares) @ vectors.T
     psi = np.clip(psi, *posterior.box)
-    kinds = PARAMETERS | CHAIN
+    kinds = PARAMETERS | EXTRA | CHAIN
     free = {name: kinds[name].value(psi[:, k]) for k, name in enumerate(posterior.names)}
     values = {n: np.broadcast_to(v, trains) for n, v in (posterior.known | free).items()}
     found = simulated(

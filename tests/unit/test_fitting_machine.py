@@ -30,7 +30,7 @@ TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
 def theta(frequency=20.1, **changed):
     values = TRUTH | changed
     logs = (math.log(values[name]) for name in ("damping", "amplitude"))
-    return np.array([values["restitution"], *logs, math.log(NATURAL / frequency), 0.0])
+    return np.array([values["restitution"], *logs, math.log(NATURAL / frequency), 0.0, 0.0])
 
 
 def instants(frequency, seed, count=300):
@@ -68,7 +68,7 @@ def spoiled(missed=(40, 41, 90), false=((60, 0.4), (130, 1.1))):
 def test_the_likeliest_course_tells_what_is_false_and_what_was_missed():
     x, speed = spoiled()
     joined = np.ones(len(x) - 1, bool)
-    path = course(theta(), 20.1, x, joined, Chain(0.006, 0.02, 0.01), 1)
+    path = course(theta(), "rigid", 20.1, x, joined, Chain(0.006, 0.02, 0.01), 1)
     np.testing.assert_array_equal(path.real, np.isfinite(speed))
     assert path.missed == 3
     assert path.broken == 0
@@ -82,7 +82,7 @@ def test_no_course_leads_over_a_gap():
     joined = np.ones(len(x) - 1, bool)
     joined[70] = False
     x = np.concatenate((x[:71], x[71:] + 50.0))
-    path = course(theta(), 20.1, x, joined, Chain(0.006, 0.02, 0.01), 1)
+    path = course(theta(), "rigid", 20.1, x, joined, Chain(0.006, 0.02, 0.01), 1)
     assert path.broken == 0
     np.testing.assert_array_equal(path.joined, joined[path.real[1:]])
 
@@ -90,15 +90,18 @@ def test_no_course_leads_over_a_gap():
 def test_an_oscillator_that_does_not_reach_the_stop_has_no_course():
     x, _ = spoiled()
     weak = theta(amplitude=0.01)
-    assert course(weak, 20.1, x, np.ones(len(x) - 1, bool), Chain(0.006, 0.02, 0.01), 1) is None
+    assert (
+        course(weak, "rigid", 20.1, x, np.ones(len(x) - 1, bool), Chain(0.006, 0.02, 0.01), 1)
+        is None
+    )
 
 
 def test_an_orbit_tells_parameters_by_the_slope_of_its_loss():
     x, _ = spoiled()
-    seen = Seen(20.1, x, np.ones(len(x) - 1, bool), Chain(0.006, 0.02, 0.01))
+    seen = Seen(20.1, x, np.ones(len(x) - 1, bool), "rigid", Chain(0.006, 0.02, 0.01))
     orbit = Followed.of(seen, theta(), 1)
     here = orbit.laid(theta())
-    orbit = replace(orbit, node=here.node)
+    orbit = here.orbit
     for place, step in ((0, 1e-4), (2, 1e-5), (4, 1e-4)):
         sides = []
         for sign in (-1, 1):
@@ -166,7 +169,7 @@ def test_periodic_trains_are_left_aside_and_amplitudes_may_be_the_same():
 
 def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
     runs = tuple(replace(run, p_value=1 / 41) for run in fitted.runs)
-    found = machine_of_runs(runs, fitted.free, fitted.covariance, ())
+    found = machine_of_runs(runs, fitted.free, fitted.covariance, (), "rigid", {"rigid": 0.0}, None)
     assert found.p_value == pytest.approx((1 + 2 * math.log(41)) / 41**2)  # of Fisher's two
     assert found.misfit
     assert "misfit" in found.warnings[-1]
@@ -175,6 +178,7 @@ def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
 FULL = {"natural_frequency": NATURAL}
 BAD = {
     "one": (lambda: [chaos()], [1 / 20.1], FULL, "two or more"),
+    "other period": (lambda: [chaos()[:500]] * 2, [1 / 800] * 2, FULL, "all of its phases"),
     "too few": (lambda: [chaos(), chaos()[:90]], [1 / 20.1] * 2, FULL, "100 or more"),
     "one period": (lambda: [chaos(), chaos()], 1 / 20.1, FULL, "each of 2 trains"),
     "numbers": (lambda: [1.0, 2.0], [1 / 20.1] * 2, FULL, "impacts"),

@@ -70,7 +70,7 @@ def test_each_train_passes_a_chain_of_its_own():
     count, periods = 20_000, 30_000
     x = np.tile(np.linspace(5, periods - 5, count), 2)
     strength = np.tile([1.0, 3.0], count)
-    truth = Impacting(x, strength, np.array([0, count]))
+    truth = Impacting(x, strength, np.array([0, count]), np.zeros(len(x)))
     values = {
         "jitter": np.array([0.0, 0.01]),
         "missed": np.array([0.2, 0.0]),

@@ -8,7 +8,17 @@ import numpy as np
 
 from ...oscillators.batch import OscillatorBatch
 from ..basis.columns import spread
-from ..basis.events import DONE, IMPACT, PHASE, ROW_APPROACH, ROW_KIND, TURN, TURNS
+from ..basis.events import (
+    DONE,
+    IMPACT,
+    PHASE,
+    ROW_APPROACH,
+    ROW_KIND,
+    ROW_STOP,
+    TOUCH,
+    TURN,
+    TURNS,
+)
 from ..exact.modes import stacks, subset
 from ..exact.starts import first_phases
 from ..simulation import CHATTER
@@ -23,6 +33,7 @@ class Impacting(NamedTuple):
     x: np.ndarray  # forcing periods from the end of the transient
     approach: np.ndarray  # velocities, in the machines' unit
     starts: np.ndarray  # index of the first impact of each machine
+    stop: np.ndarray  # which of its stops
 
 
 def impacts_of_many(
@@ -33,7 +44,7 @@ def impacts_of_many(
     periods: float,
     legs: int,
 ) -> Impacting:
-    """Impacts on rigid stops, of machines with one transient each.
+    """Impacts of machines with one transient each.
 
     They are those of `simulate`. A machine that takes more work than `legs` after its transient
     has none here.
@@ -50,7 +61,7 @@ def impacts_of_many(
     """
     n = len(machines)
     phase = first_phases(phase)
-    x, approach = [np.empty(0)] * n, [np.empty(0)] * n
+    x, approach, stop = [np.empty(0)] * n, [np.empty(0)] * n, [np.empty(0)] * n
     for stack in stacks(spread(machines.columns, n), CHATTER, True):
         for begin in range(0, len(stack.which), BLOCK):
             mine = subset(stack, slice(begin, begin + BLOCK))
@@ -64,8 +75,11 @@ def impacts_of_many(
                 if moving.status[k] != DONE:
                     continue
                 rows = moving.events(k)
-                rows = rows[rows[:, ROW_KIND] == IMPACT]
+                rows = rows[(rows[:, ROW_KIND] == IMPACT) | (rows[:, ROW_KIND] == TOUCH)]
                 x[machine] = (rows[:, TURNS] - turns[k]) + (rows[:, PHASE] - angle[k]) / TURN
                 approach[machine] = rows[:, ROW_APPROACH] * mine.forcing.omega[k]
+                stop[machine] = rows[:, ROW_STOP]
     count = np.array([len(one) for one in x], int)
-    return Impacting(np.concatenate(x), np.concatenate(approach), np.cumsum(count) - count)
+    return Impacting(
+        np.concatenate(x), np.concatenate(approach), np.cumsum(count) - count, np.concatenate(stop)
+    )

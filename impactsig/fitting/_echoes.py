@@ -1,0 +1,89 @@
+"""Echoes: instants that follow impacts of all trains after the same delay."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ._partition import Train
+
+FOLLOWING = 4  # impacts after each, among which its echo is
+LONGEST = 0.5  # forcing periods of the fastest train
+SAME = 0.02  # of these, within which delays agree at first
+AROUND = 5.0  # of this: where other delays are counted for comparison
+FEWEST = 0.05  # of the impacts, that have one
+BEYOND = 25.0  # logarithm of the likelihood that so many agree by chance
+FARTHEST = 3.5  # standard deviations of the delay
+
+
+class Echoes(NamedTuple):
+    """The echoes of many trains."""
+
+    delay: float  # s
+    spread: float  # standard deviation [s]
+    which: list[np.ndarray]  # of each train, bool
+    share: float  # of the impacts that have one
+
+    def cost(self, k: int, frequency: float) -> float:
+        """Less the logarithm of the likelihood of those of a train, as `Joint.score` counts it."""
+        echoes = int(self.which[k].sum())
+        others = len(self.which[k]) - echoes
+        own = math.log(self.spread * frequency) - math.log(self.share) + 0.5
+        return echoes * own - max(others - echoes, 0) * math.log1p(-self.share)
+
+
+def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
+    """Find the delay that most impacts of all trains have in common; None where none stands out."""
+    period = 1 / max(frequencies)
+    parts = []
+    for train, frequency in zip(trains, frequencies, strict=True):
+        time = train.x / frequency
+        parts += [time[lag:] - time[:-lag] for lag in range(1, FOLLOWING + 1)]
+    late = np.sort(np.concatenate(parts))
+    late = late[(late > 0) & (late < LONGEST * period)]
+    window, impacts = SAME * period, sum(len(train.x) for train in trains)
+    if len(late) < FEWEST * impacts:
+        return None
+    inside = np.searchsorted(late, late + window) - np.arange(len(late))
+    middle = late + window / 2
+    wide = AROUND * window
+    around = np.searchsorted(late, middle + wide) - np.searchsorted(late, middle - wide)
+    usual = np.maximum((around - inside) * window / (2 * wide - window), 1.0)
+    beyond = inside * np.log(inside / usual) - (inside - usual)
+    beyond[inside < usual] = 0.0
+    best = int(np.argmax(beyond))
+    if beyond[best] < BEYOND or inside[best] < FEWEST * impacts:
+        return None
+    alike = late[best : best + inside[best]]
+    delay = float(np.median(alike))
+    spread = 1.4826 * float(np.median(np.abs(alike - delay)))
+    spread = max(spread, 1e-4 * period)
+    which = [
+        _which(train.x / frequency, delay, FARTHEST * spread)
+        for train, frequency in zip(trains, frequencies, strict=True)
+    ]
+    found = sum(int(one.sum()) for one in which)
+    share = min(max(found / max(impacts - found, 1), 1e-3), 1 - 1e-3)
+    return Echoes(delay, spread, which, share)
+
+
+def _which(time: np.ndarray, delay: float, reach: float) -> np.ndarray:
+    """Instants that come so long after one that is no echo itself."""
+    echo = np.zeros(len(time), bool)
+    for k, instant in enumerate(time):
+        if echo[k]:
+            continue
+        first, last = np.searchsorted(time, [instant + delay - reach, instant + delay + reach])
+        if last > first:
+            place = first + int(np.argmin(np.abs(time[first:last] - instant - delay)))
+            echo[place] = place > k
+    return echo
+
+
+def without(train: Train, echo: np.ndarray) -> Train:
+    """A train less its echoes."""
+    kept = ~echo
+    stretch = np.concatenate(([0], np.cumsum(~train.joined)))
+    return Train(train.x[kept], None, np.diff(stretch[kept]) == 0)

@@ -1,0 +1,207 @@
+"""Soft stops, second stops and echoes: their orbits, and which of them many trains tell."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks import machine_kinds
+from impactsig import (
+    InvalidInput,
+    KelvinVoigt,
+    Rigid,
+    Stop,
+    fit_oscillator,
+    measure,
+    scenes,
+    simulate,
+)
+from impactsig.fitting._contact_kernels import bounce, contacts
+from impactsig.fitting._echoes import echoes, without
+from impactsig.fitting._followed import Followed, Seen
+from impactsig.fitting._like_kernels import distances
+from impactsig.fitting._orbit import machine_of
+from impactsig.fitting._orbit_kernels import leg
+from impactsig.fitting._partition import Train
+from impactsig.fitting._path_kernels import Chain
+from impactsig.fitting._together import Joint, Layout
+from impactsig.fitting.joint import mirrored
+
+FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
+FAR, STIFFNESS = 0.8, 30.0
+STOPS = {
+    "two-sided": (Stop(1.0, Rigid(RESTITUTION)), Stop(-FAR, Rigid(RESTITUTION), "lower")),
+    "soft": (Stop(1.0, KelvinVoigt.equivalent(RESTITUTION, STIFFNESS)),),
+}
+OWN = {"two-sided": FAR, "soft": STIFFNESS}
+
+
+def impacts_of(kind):
+    scene = scenes.karpodinis(FREQUENCY, damping_ratio=DAMPING, amplitude=AMPLITUDE)
+    impacts = simulate(replace(scene, stops=STOPS[kind]), periods=20, transient=100).impacts
+    assert len(impacts) >= 15
+    side = np.where(impacts.stop_index == 0, 1.0, -1.0)
+    return impacts.time * FREQUENCY, impacts.approach_velocity, side
+
+
+def theta_of(kind):
+    logs = DAMPING, AMPLITUDE, scenes.NATURAL_FREQUENCY / FREQUENCY
+    return np.array([RESTITUTION, *np.log(logs), 0.0, math.log(OWN[kind])])
+
+
+def off_of(kind, theta, side, point, full=False):
+    off, slopes = np.zeros((2, 5)), np.zeros((2, 7))
+    leg(machine_of(theta, kind), side[0], *point[:2], side[1], *point[2:], off, slopes, full)
+    return off, slopes
+
+
+@pytest.mark.parametrize("kind", ["two-sided", "soft"])
+def test_legs_of_a_simulation_are_not_off(kind):
+    x, speed, side = impacts_of(kind)
+    off = [
+        off_of(kind, theta_of(kind), side[k:], (x[k], speed[k], x[k + 1], speed[k + 1]))[0][:, 4]
+        for k in range(len(x) - 1)
+    ]
+    assert np.abs(off).max() < 1e-11
+    assert kind == "soft" or set(side) == {1.0, -1.0}
+
+
+@pytest.mark.parametrize("kind", ["two-sided", "soft"])
+def test_slopes_of_a_leg_are_its_differences(kind):
+    x, speed, side = impacts_of(kind)
+    theta, step = theta_of(kind), 1e-5
+    for k in range(8):
+        point = np.array([x[k] + 3e-3, speed[k] + 0.02, x[k + 1] - 4e-3, speed[k + 1] + 0.01])
+        whole = np.concatenate((point, theta))
+
+        def off(whole, own=side[k:]):
+            return off_of(kind, whole[4:], own, whole[:4])[0][:, 4]
+
+        moves = step * np.eye(10)
+        expected = np.array([off(whole + move) - off(whole - move) for move in moves]) / 2 / step
+        found, slopes = off_of(kind, theta, side[k:], point, True)
+        np.testing.assert_allclose(found[:, :4], expected[:4].T, atol=1e-6)
+        np.testing.assert_allclose(slopes[:, [0, 1, 2, 3, 4, 6]], expected[4:].T, atol=1e-6)
+
+
+def test_a_contact_ends_as_that_of_a_free_mass_does():
+    # Against a spring 1e6 times as stiff the forcing and the mass' own spring are nothing.
+    theta = np.array([0.6, math.log(0.01), math.log(1e-3), 0.0, 0.0, math.log(1e6)])
+    late, away, *_ = bounce(contacts(theta)[0], 0.3, 1.0)
+    share = -math.log(0.6) / math.hypot(math.pi, math.log(0.6))
+    assert away == pytest.approx(-0.6, abs=2e-3)
+    expected = math.pi / 1e3 / math.sqrt(1 - share**2)
+    assert late * 2 * math.pi == pytest.approx(expected, rel=2e-3)
+
+
+# -- echoes ------------------------------------------------------------------------------------
+
+
+def train_with_echoes(share, delay=0.004, count=400, seed=0):
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(0.02 + 0.03 * rng.random(count))
+    echo = time[rng.random(count) < share] + delay
+    whole = np.concatenate((time, echo))
+    order = np.argsort(whole)
+    which = (np.arange(len(whole)) >= count)[order]
+    whole = whole[order] + 1e-4 * rng.standard_normal(len(whole))
+    return Train(whole * FREQUENCY, None, np.ones(len(whole) - 1, bool)), which
+
+
+def test_echoes_of_two_trains_are_found():
+    trains, which = zip(*(train_with_echoes(0.4, seed=seed) for seed in (1, 2)), strict=True)
+    found = echoes(list(trains), [FREQUENCY] * 2)
+    assert found.delay == pytest.approx(0.004, abs=2e-5)
+    assert found.spread == pytest.approx(1.4e-4, rel=0.2)
+    assert found.share == pytest.approx(0.4, abs=0.05)
+    wrong = sum(int(np.sum(one != other)) for one, other in zip(found.which, which, strict=True))
+    assert wrong <= 3
+    left = without(trains[0], found.which[0])
+    assert len(left.x) == np.sum(~found.which[0])
+    assert left.joined.all()
+
+
+def test_irregular_trains_have_no_echoes():
+    trains = [train_with_echoes(0.0, seed=seed)[0] for seed in (1, 2)]
+    assert echoes(trains, [FREQUENCY] * 2) is None
+
+
+def test_a_gap_stays_one_where_an_echo_beside_it_is_taken_out():
+    joined = np.array([True, False, True, True])
+    train = Train(np.arange(5.0), None, joined)
+    left = without(train, np.array([False, False, True, False, False]))
+    assert left.joined.tolist() == [True, False, True]
+
+
+# -- where the search begins -------------------------------------------------------------------
+
+
+def test_distances_of_pairs_are_those_of_all():
+    rng = np.random.default_rng(4)
+    seen = 0.2 * rng.random((30, 2))
+    x = np.cumsum(0.2 * rng.random(60))
+    ends, apart = np.array([0, 40, 44, 60]), np.empty(3)
+    distances(seen, x, ends, apart)
+    for k, (begin, end) in enumerate(((0, 40), (40, 44), (44, 60))):
+        step = np.diff(x[begin:end])
+        pairs = np.column_stack((step[:-1], step[1:]))
+        square = np.minimum(np.sum((pairs[:, None] - seen[None]) ** 2, axis=2), 0.15**2)
+        expected = square.min(axis=1).mean() + square.min(axis=0).mean()
+        assert apart[k] == pytest.approx(expected if len(pairs) >= 10 else 2 * 0.15**2)
+
+
+def test_a_machine_with_two_stops_may_be_seen_from_either():
+    layout = Layout((0, 1, 5), (2, 4), 1)
+    x, speed, side = impacts_of("two-sided")
+    seen = Seen(FREQUENCY, x, np.ones(len(x) - 1, bool), "two-sided", Chain(1e-3, 0.02, 0.01))
+    node = np.column_stack((x, speed))
+    orbit = Followed(seen, np.ones(len(x), bool), side, np.ones(len(x) - 1, bool), node, 0, 0)
+    root = np.random.default_rng(1).standard_normal((5, 5))
+    theta = theta_of("two-sided")[None]
+    joint = Joint(theta, [seen], [orbit], root @ root.T, 0.0)
+    found = mirrored(layout, joint)
+    assert found.theta[0, 5] == pytest.approx(-math.log(FAR))
+    other = found.orbits[0]
+    for k in range(len(x) - 1):
+        point = np.concatenate((other.node[k], other.node[k + 1]))
+        off = off_of("two-sided", found.theta[0], other.side[k:], point)[0]
+        assert np.abs(off[:, 4]).max() < 1e-11
+    # What both leave uncertain is the same: the amplitude by the distance between the stops.
+    apart = (1 / FAR + 1) ** -1, (FAR + 1) ** -1 * FAR
+    variances = [
+        np.array([-share, 1]) @ one.covariance[np.ix_((2, 3), (2, 3))] @ [-share, 1]
+        for one, share in ((found, apart[0] / FAR), (joint, apart[1]))
+    ]
+    assert variances[0] == pytest.approx(variances[1])
+    assert mirrored(layout, found) is found
+
+
+# -- which kind it is --------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [12, 13, 14, 15])
+def test_the_kind_of_machine_is_told(seed):
+    kind, truth, runs = machine_kinds.machine(seed)
+    found = fit_oscillator(
+        [impacts for *_, impacts in runs[:4]], [1 / frequency for frequency, *_ in runs[:4]],
+        natural_frequency=scenes.NATURAL_FREQUENCY, kinds=machine_kinds.KINDS, seed=1,
+    )  # fmt: skip
+    assert (found.kind, found.decided) == (kind, True)
+    assert found.values["restitution"] == pytest.approx(truth["restitution"], abs=0.03)
+
+
+@pytest.mark.parametrize("kinds", [(), ("rigid", "rigid"), ("hard",)])
+def test_kinds_that_are_none_are_refused(kinds):
+    trains = [measure(simulate(scenes.karpodinis(20.1), periods=5).impacts).impacts] * 2
+    with pytest.raises(InvalidInput, match="kinds"):
+        fit_oscillator(trains, [1 / 20.1] * 2, natural_frequency=22.2, kinds=kinds)
+
+
+def test_one_train_has_no_kinds():
+    impacts = simulate(scenes.karpodinis(20.1), periods=5).impacts
+    with pytest.raises(InvalidInput, match="list of trains"):
+        fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "soft"))
