@@ -12,9 +12,7 @@ from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
 from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
 
-# Of the cost, in variances of the noise: a step that promises or gains less ends the fit of one
-# pulse, which the shared shape moves once more, and that of a pair.
-FOUND, FOUND_PAIR = 0.03, 0.01
+FOUND = 1e-2  # of the cost, in variances of the noise: a step that promises or gains less ends it
 MOST = 30  # steps
 # Logarithms move by little a step, so no exponential overflows.
 LONGEST_STEP = np.array(
@@ -91,7 +89,7 @@ def descend(pair, seen, p, room):
     """Fit one pulse, or a `pair`: the misfit, and which place of the room has the result."""
     n, longest = len(p), LONGEST_STEP[1 if pair else 0]
     low, step, trial = room.low, room.step, room.trial
-    now, enough = 0, FOUND_PAIR if pair else FOUND
+    now = 0
     misfit, cost = _cost(pair, p, seen, room.curves[now], room.normals[now])
     damping = 1e-2
     for _ in range(MOST):
@@ -106,7 +104,7 @@ def descend(pair, seen, p, room):
             promised = 0.0
             for i in range(n):
                 promised += step[i] * here[i, WIDER]
-            if promised * (1.0 + damping) < enough:
+            if promised * (1.0 + damping) < FOUND:
                 break
             if not pair:
                 # The shape is linear in the length of the flat top, not in its logarithm.
@@ -121,7 +119,7 @@ def descend(pair, seen, p, room):
                     p[i] = trial[i]
                 now = other
                 misfit, cost = new_misfit, new_cost
-                if gain < enough:
+                if gain < FOUND:
                     break
                 damping *= 0.1
                 continue

@@ -40,8 +40,6 @@ CHANCE = 3.0
 """Standard deviations of the lead that chance gives, from which single samples are left out."""
 UNDECIDED = 0.2
 """Lead that does not decide on the direction."""
-EITHER = 0.75
-"""Lead up to which there may be impacts on two stops."""
 
 
 def direction(record: Survey, grid: Grid, scale: float, constant: float) -> tuple[float, bool]:
@@ -69,7 +67,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> tupl
         turns = chain(votes(strong, FIRST, KEPT), votes(frames, KEPT))
         found = next(turns)
         if abs(found.lead) > AGREED and found.clear >= MANY and found.single <= SINGLE:
-            return math.copysign(1.0, found.lead), abs(found.lead) <= EITHER
+            return math.copysign(1.0, found.lead), False
     for found in turns:
         if not found.doubtful:
             break
@@ -81,7 +79,7 @@ def direction(record: Survey, grid: Grid, scale: float, constant: float) -> tupl
             found = again
     # Close-set pulses have gaps as strong as themselves; the values lean away from their floor.
     lead = found.lead if abs(found.lead) > UNDECIDED else found.lead + found.lean
-    return math.copysign(1.0, lead), abs(found.lead) <= EITHER and found.clear >= FEW
+    return math.copysign(1.0, lead), abs(found.lead) <= UNCLEAR and found.clear >= FEW
 
 
 class _Vote(NamedTuple):
