@@ -98,7 +98,7 @@ def detect_force(
     left_out = NO_RUNS if others is None else stretches_of(others)
     size = max(length for _, length in record.segments) if in_memory else 16 * FRAME
 
-    def search(longest: float) -> ForceImpacts:
+    def search(longest: float, wanted: Wanted = wanted) -> ForceImpacts:
         grid = Grid(rate, longest * rate)
         sign, either = wanted.polarity, False
         if not sign:
@@ -125,10 +125,13 @@ def detect_force(
 
     if wanted.longest is not None:
         return search(wanted.longest)
-    found = search(max(LONGEST[0], LONGEST[1] / rate))
+    usual = max(LONGEST[0], LONGEST[1] / rate)
+    found = search(usual)
     if len(found.columns) or not found.moves:
         return found
-    return search(max(LONGER[0], LONGER[1] / rate))
+    # None is shorter; what a search for so long ones leaves of hum may look as if it were.
+    longer = wanted._replace(shortest=max(wanted.shortest, usual))
+    return search(max(LONGER[0], LONGER[1] / rate), longer)
 
 
 class _Search:

@@ -258,3 +258,24 @@ def test_weak_impacts_are_found_beside_ones_a_thousand_times_as_strong(strongest
     samples = sum(h * pulses([time], 0.8e-3) for h, time in zip(height, times, strict=True))
     samples += 4e-5 * strongest * rng.standard_normal(len(samples))
     assert within(found_in(samples), times, 0.4e-3) == (len(times), 0)
+
+
+@pytest.mark.parametrize("frequency", [49.6, 50.3, 60.5])
+@pytest.mark.parametrize("contact", [0.8e-3, 3e-3])
+def test_hum_of_a_generator_that_is_off_its_pace_hides_no_pulse(frequency, contact):
+    rng = np.random.default_rng(33)
+    times = times_of(rng, 50, 0.09)
+    t = np.arange(round(5 * RATE)) / RATE
+    hum = np.sin(2 * np.pi * frequency * t) + 0.3 * np.sin(2 * np.pi * 3 * frequency * t + 1)
+    samples = pulses(times, contact) + 0.5 * hum + 0.02 * rng.standard_normal(len(t))
+    hit, false = within(found_in(samples), times, 1e-3)
+    assert hit == len(times)
+    assert false <= 1
+
+
+@pytest.mark.parametrize("frequency", [48.43, 50.0, 119.616, 121.166, 180.62])
+def test_a_tone_has_no_impacts(frequency):
+    """Of the mains, and beside them, in phases that once looked like an impact near the end."""
+    t = np.arange(round(10 * RATE)) / RATE
+    for phase in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+        assert not len(found_in(np.sin(2 * np.pi * frequency * t + phase)))

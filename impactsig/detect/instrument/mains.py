@@ -2,7 +2,8 @@
 
 Taken off, not filtered out: a filter would move the first touch. In each span the lines of 50 or
 60 Hz that stand out of their surroundings are fitted to the samples between impacts, with
-amplitudes that change linearly in time, which a frequency that is 0.1 % off needs no more than.
+amplitudes that change linearly in time, which a frequency that is 0.1 % off needs no more than;
+where it is off by more, it is read from the strongest line.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ STANDS_TOO = 3.0  # the same of a harmonic, where one line is known
 LOUD = 0.7  # of the noise of a sample: a line that need not stand out by more than a harmonic
 SMALL = 0.02  # of the noise of a sample: too weak to matter
 RIDGE = 1e-3
+STEADY, FINE = 1e-3, 2e-4  # of the frequency: off by less is none, and how finely it is read
+BESIDE, LEFT = 1.0, 0.15  # Hz from a line; what a fit of the mains leaves there, of the line
 MOST = 2.0  # seconds of a span in which the mains keep their pace
 
 
@@ -137,6 +140,44 @@ def fit_lines(
     normal_equations(design, sums, counts, RIDGE, normal, right)
     parts = np.linalg.solve(normal, right)[:-1].reshape(2, 2, -1)
     return (parts[:, 0] + 1j * parts[:, 1]).T.copy()
+
+
+def pace_of(sums: np.ndarray, counts: np.ndarray, pace: float, line: float) -> float:
+    """Frequency of a line over its nominal one, by the turn of its phase between two halves.
+
+    A generator may be a hertz off; grids keep their pace to 0.1 %, where it is 1.
+    """
+    half = len(sums) // 2
+    window = np.hanning(half + 2)[1:-1]
+    turned = 1.0 + 0.0j
+    for part in (slice(half), slice(half, 2 * half)):
+        means, halved = np.empty(half), np.empty(half // 2)
+        mean_blocks(sums[part], counts[part], means, halved)
+        wave = _waves(2 * half, pace, (line,))[0][part]
+        turned = (window * means) @ wave * np.conj(turned)
+    off = -np.angle(turned) / (2.0 * np.pi) * pace / half / line
+    return 1.0 + FINE * round(off / FINE) if abs(off) > STEADY else 1.0
+
+
+def keeps_pace(
+    sums: np.ndarray, counts: np.ndarray, pace: float, lines: tuple[float, ...], fit: np.ndarray
+) -> bool:
+    """Whether the strongest line was one of the mains: little is left beside it.
+
+    Of a tone a third of a hertz and more beside, the fit leaves much.
+
+    Parameters
+    ----------
+    sums, counts : arrays (b,)
+        Of the background, once the fit is taken off.
+    """
+    strongest = int(np.argmax(np.abs(fit[:, 0])))
+    means, halved = np.empty(len(sums)), np.empty(len(sums) // 2)
+    mean_blocks(sums, counts, means, halved)
+    window = np.hanning(len(means) + 2)[1:-1]
+    beside = (lines[strongest] - BESIDE, lines[strongest] + BESIDE)
+    left = np.abs(_waves(len(means), pace, beside) @ (window * means)) * 2.0 / window.sum()
+    return bool(left.max() < LEFT * abs(fit[strongest, 0]))
 
 
 @functools.lru_cache(maxsize=8)

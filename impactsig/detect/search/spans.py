@@ -15,7 +15,7 @@ from ..instrument.converter import converter_step
 from ..instrument.coupling_kernels import uncouple
 from ..instrument.dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ..instrument.line import Line
-from ..instrument.mains import base_of, find_lines, fit_lines
+from ..instrument.mains import base_of, find_lines, fit_lines, keeps_pace, pace_of
 from ..instrument.mains_kernels import take_off
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
@@ -267,15 +267,26 @@ class Spans:
             lines = self._lines_of(span, base=base_of(shown[0]))
         if not lines:
             return
-        medians = self._medians(k)
+        medians, first = self._medians(k), (lines, np.empty((0, 2)))
+        ratio = 1.0  # of the frequencies to those of the mains
         for turn in range(ROUNDS):
             if turn:
                 lines = self._background(span, medians)
-            fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
-            if not turn and (strong := self._strong(lines, fit)) != lines:
-                lines = strong
-                fit = fit_lines(span.sums, span.counts, grid.block, grid.rate, lines)
-            take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, fit)
+            if turn == 1 and not keeps_pace(span.sums, span.counts, grid.rate / grid.block, *first):
+                self._put_back(span, medians, *first)
+                break
+            found = (span.sums, span.counts, grid.block, grid.rate)
+            fit = fit_lines(*found, tuple(ratio * f for f in lines))
+            if not turn:
+                strongest = lines[int(np.argmax(np.abs(fit[:, 0])))]
+                lines = self._strong(lines, fit)
+                ratio = pace_of(span.sums, span.counts, grid.rate / grid.block, strongest)
+                fit = fit_lines(*found, tuple(ratio * f for f in lines))
+            take_off(
+                span.clean, grid.block, len(span.sums), ratio * np.array(lines) / grid.rate, fit
+            )
+            if not turn:
+                first = tuple(ratio * f for f in lines), fit
             strength = np.abs(fit).sum(axis=1)
             for frequency, amplitude in zip(lines, strength, strict=True):
                 span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
@@ -283,6 +294,18 @@ class Spans:
                 break  # the background is as it was
             fill(span.clean, span.filled, np.nan)
             chunk_medians(span.clean, grid.chunk, medians[1:-1])
+
+    def _put_back(
+        self, span: Span, medians: np.ndarray, lines: tuple[float, ...], fit: np.ndarray
+    ) -> None:
+        """Undo that lines were taken off: a tone beside the mains is none of theirs."""
+        grid = self.grid
+        take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, -fit)
+        fill(span.clean, span.filled, np.nan)
+        chunk_medians(span.clean, grid.chunk, medians[1:-1])
+        self._background(span, medians)
+        span.hum.clear()
+        span.lines = ()
 
     @staticmethod
     def _strong(lines: tuple[float, ...], fit: np.ndarray) -> tuple[float, ...]:
