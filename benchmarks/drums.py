@@ -1,8 +1,9 @@
 """Strokes of recorded drums, each recording left out of the tuning.
 
-The hand-annotated recordings of a folder with NAME.flac and NAME_class.txt (the MDB drums
-[Southall2017]_) are searched by impactsig and by the peers of `sound_passage.py`. Annotated strokes
-less than 30 ms apart are one, as are detections; a stroke counts within 25 ms. Three F1 are printed
+The hand-annotated recordings of a folder with NAME.flac and NAME_class.txt (the MDB drums of
+Southall, Wu, Lerch and Hockman, 2017) are searched by impactsig and by the peers of
+`sound_passage.py`. Annotated strokes less than 30 ms apart are one, as are detections; a stroke
+counts within 25 ms. Three F1 are printed
 for each recording: by default settings, with the setting that is best on all recordings, and with
 the one that is best on the others. What is tuned of impactsig is the least probability and the
 constants of the decision that were chosen with drums in sight; of the peers, their settings and a

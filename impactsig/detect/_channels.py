@@ -42,7 +42,7 @@ def detect_channels(
     twice = [one for one in channels if list(channels).count(one) > 1]
     if twice:
         raise InvalidInput("channel", twice[0], "every channel once", _ONCE)
-    if options["polarity"] == "both" and count > 1:
+    if options.get("polarity") == "both" and count > 1:
         raise InvalidInput(
             "polarity", "both", "one direction for several channels",
             "Search the channel of a sensor between two stops by itself",

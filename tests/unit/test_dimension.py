@@ -22,7 +22,7 @@ from impactsig.reconstruct.dimensions import (
 from impactsig.reconstruct.dimensions._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct.dimensions._noise import Noise, estimated
 from impactsig.reconstruct.dimensions._slope import slope
-from impactsig.reconstruct.recognition import _lingering, _periodic, _tones
+from impactsig.reconstruct.recognition import _periodic, _tones, lingering
 
 from .. import naive_reconstruct
 from ..series import cat, henon, lorenz_intervals, noisy, torus
@@ -765,8 +765,8 @@ def test_the_share_of_stays_near_a_cycle():
     """30 stays of 20 values near a cycle of 2, each after 20 irregular ones."""
     rng = np.random.default_rng(0)
     parts = [np.concatenate((rng.uniform(size=20), np.tile([0.2, 0.8], 10))) for _ in range(30)]
-    assert _lingering.lingering(np.concatenate(parts)) == pytest.approx(0.45, abs=0.05)
-    assert _lingering.lingering(rng.uniform(size=600)) == 0
+    assert lingering.lingering(np.concatenate(parts)) == pytest.approx(0.45, abs=0.05)
+    assert lingering.lingering(rng.uniform(size=600)) == 0
 
 
 @pytest.mark.parametrize(("frequency", "lingers"), [(20.1, False), (20.5, True)])

@@ -455,7 +455,7 @@ def _kaplan_yorke(
 ) -> tuple[KaplanYorke | None, str]:
     """D1 from the largest exponent, with what to know of it, or the reason for none."""
     from ..divergence.exponents import lyapunov_exponent
-    from ..recognition._lingering import LONG, lingering
+    from ..recognition.lingering import LONG, lingering
 
     try:
         found = lyapunov_exponent(
