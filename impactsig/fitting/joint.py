@@ -109,7 +109,12 @@ def fit_trains(
         if kind == "echo" and heard is None:
             continue
         better = _likeliest(found) if found else None
-        mine = _candidate(kind, measured, frequencies, asked, heard, None, better)
+        try:
+            mine = _candidate(kind, measured, frequencies, asked, heard, None, better)
+        except InvalidInput:  # what one kind leaves of a train cannot be read: it is not that one
+            if len(asked.kinds) == 1:
+                raise
+            continue
         if mine is not None:
             found[kind] = mine
     if not found:
