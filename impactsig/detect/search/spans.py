@@ -279,9 +279,11 @@ class Spans:
             fit = fit_lines(*found, tuple(ratio * f for f in lines))
             if not turn:
                 strongest = lines[int(np.argmax(np.abs(fit[:, 0])))]
-                lines = self._strong(lines, fit)
+                strong = self._strong(lines, fit)
                 ratio = pace_of(span.sums, span.counts, grid.rate / grid.block, strongest)
-                fit = fit_lines(*found, tuple(ratio * f for f in lines))
+                if strong != lines or ratio != 1.0:
+                    lines = strong
+                    fit = fit_lines(*found, tuple(ratio * f for f in lines))
             take_off(
                 span.clean, grid.block, len(span.sums), ratio * np.array(lines) / grid.rate, fit
             )
