@@ -60,6 +60,8 @@ MISSED_ROUNDS = 3
 """In which all pulses are measured with it."""
 STEEP, LONG = 16.0, 3.0
 """Samples on both edges, and flat top over these: where samples enter them fits are not linear."""
+AS_LONG = 8.0
+"""Times as long as the matched response, or as short, a pulse may become."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -210,9 +212,10 @@ def _measure(row, i, fits, shape, timed, alone, work):
     previous = before.rise + before.flat + before.fall
     moved = new[START] - old[START]
     near = abs(moved) < 0.5 * previous and 0.5 < contact / previous < 2.0
-    if not (near and 0.5 < new[0] / old[0] < 2.0) or kept[ZERO] + new[START] < 0.0:
+    near &= 0.5 < new[0] / old[0] < 2.0 and _is_as_long(contact, kept)
+    if not near or kept[ZERO] + new[START] < 0.0:
         if not is_clear(row):
-            _begin_again(kept, shape, previous)
+            _begin_again(kept, shape, previous, new)
         return
     new[FLAT] = math.log(max(flat / middle, 1e-9))
     kept[SHORT] = min(flat, 0.0)
@@ -235,21 +238,31 @@ def _measure(row, i, fits, shape, timed, alone, work):
 
 
 @inner
-def _begin_again(kept, shape, length):
+def _is_as_long(length, kept):
+    """Whether a length is near that of the response that found the pulse."""
+    ratio = length / (2.0 * math.exp(kept[EDGE]))
+    return 1.0 / AS_LONG < ratio < AS_LONG
+
+
+@inner
+def _begin_again(kept, shape, length, new):
     """Take a pulse for one of the mean shape, where it is and with its impulse.
 
     A fit of a faint pulse may be that of one crest of its noise: far from the shape of the others
-    it says nothing of where it is to be linear.
+    it says nothing of where it is to be linear. `new` is room for the parameters.
     """
     old = kept[ESTIMATE : ESTIMATE + WIDER]
-    new = kept[NOW : NOW + WIDER]
     for m in range(SKEW, WIDER):
         new[m] = shape.mean[m - SKEW]
     new[FLAT] = math.log(max(BRIEF * (math.exp(new[FLAT]) - 1.0), 1e-9))
     parts = parts_of(new)
     longer = parts.rise + parts.flat + parts.fall
+    if not _is_as_long(longer, kept):
+        return
     new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
     new[0] = old[0] * length / longer
+    for m in range(WIDER):
+        kept[NOW + m] = new[m]
     kept[SHORT] = 0.0
 
 

@@ -362,6 +362,8 @@ def _parted(x, origin, total, event, noise, out):
             out[m, 0], out[m, 1], out[m, 2] = pair[3 * m + 1] + 0.5 * length, width, pair[3 * m]
             out[m, 3], out[m, 4] = pair[3 * m] / _sigma_at(int(width), noise), pair[PAIR]
             least = min(least, out[m, 3])
+            if not 0.0 <= out[m, 0] <= total - 1.0:
+                least = 0.0  # the crest of one lies where there are no samples
         if least >= LEAST:
             return 2
         _put(event, out, 0)

@@ -204,7 +204,7 @@ class Spans:
         if len(near):
             beside = self.around(k, 1)
             seen = np.concatenate([one.clean for one in beside])
-            fill(seen, near - beside[0].first, np.nan)
+            fill(seen, np.clip(near - beside[0].first, 0, len(seen)), np.nan)
             span.clean[:] = seen[span.first - beside[0].first :][: len(span.clean)]
             own = np.clip(near - span.first, 0, len(span.clean))
             span.filled = united(np.concatenate((span.dropouts, own)))
