@@ -140,7 +140,7 @@ def _steepness(x, step, limit, level, seen):
 
 
 @inner
-def unless_flagged(x, errors, flags, start, contact, seen):
+def unless_flagged(x, errors, flags, start, end, seen):
     """Set errors to infinity for quantities that the record does not contain.
 
     A pulse that is measured as far as the valley to a neighbour may begin or end half its way
@@ -148,7 +148,7 @@ def unless_flagged(x, errors, flags, start, contact, seen):
     """
     first, length, peak, impulse = errors.start, errors.contact, errors.peak, errors.impulse
     if flags & UNRESOLVED:
-        for at in (start, start + contact):
+        for at in (start, end):
             value = x[int(at + 0.5)]
             if value > 0.2 * x[seen.top]:
                 off = 0.5 * abs(seen.top - at)

@@ -65,7 +65,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     peak += max((crest * OFF_CREST) ** 2, OFF_PEAK**2 * left)
     for k in alike:
         row = rows[k]
-        contact = _length(row)
+        contact = row[1] if timed else _length(row)
         row[0] = max(row[0] + start * contact, 0.0)
         row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2)
         if timed:

@@ -164,16 +164,18 @@ def measure_pulse(
     if contact <= 0.0 or crest <= 0.0 or impulse <= 0.0:
         return Pulse(0.0, 0.0, 0.0, 0.0, 0.0, NO_PULSE, UNKNOWN)
     rise = min(max(rise, 0.0), contact)
-    errors = with_impulse(x, start, start + contact, errors, seen)
+    end = start + contact
+    errors = with_impulse(x, start, end, errors, seen)
     if level > 0.0:
         contact = 0.0
         share = level if relative else 0.0
-        level *= crest if relative else 1.0
-        if height > level:
+        if relative:  # of the peak; of its sample, where a fit puts the peak far above that
+            level *= crest if x[top] > level * crest else x[top]
+        if relative or height > level:
             contact = crossing(x, top, 1, extent.right_limit, level)
             contact -= crossing(x, top, -1, extent.left_limit, level)
         errors = with_level(x, level, share, errors, seen)
-    errors = unless_flagged(x, errors, flags, start, contact, seen)
+    errors = unless_flagged(x, errors, flags, start, end, seen)
     if keep[SCALE] > 0.0:
         keep[TAKEN], keep[MADE] = lo + keep[ESTIMATE + START], lo + start
         keep[ZERO], keep[BASE] = lo, base + baseline.at_top - baseline.tilt * top

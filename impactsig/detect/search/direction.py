@@ -136,7 +136,7 @@ def _count(stretches: list[_Searched]) -> _Vote:
     certain = _by_cell(clear, first // CELL) > 0
     loud = energy[certain if certain.any() else telling]
     usual = np.quantile(loud, min(USUAL + FURTHER / len(loud), 1.0), method="higher")
-    weight = np.minimum(energy, usual)[telling]
+    weight = np.minimum(energy, usual)[telling] / usual
     whole = weight.sum()
     lead = weight @ ((up - down)[telling] / energy[telling]) / whole
     # Glitches point either way, and among the steepest stretches they are many.
