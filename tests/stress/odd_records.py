@@ -98,8 +98,8 @@ def check(number: int) -> None:
     try:
         found = impactsig.detect_impacts(impactsig.Recording(x, rate), **options)
     except impactsig.InvalidInput as error:
-        # Too few samples, or a threshold that no noise gives a meaning.
-        assert error.argument in ("recording", "samples", "threshold", "contact_time"), error
+        if error.argument != "threshold":  # in multiples of noise, where there is none
+            raise
         return
     assert np.all(np.diff(found.time) >= 0)
     assert np.all((found.time >= 0) & (found.time <= len(x) / rate))

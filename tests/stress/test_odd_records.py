@@ -1,4 +1,4 @@
-"""Whatever a force record holds, what is detected in it is sound, and no kernel leaves its arrays."""
+"""What is detected in any force record is sound, and no kernel leaves its arrays."""
 
 import os
 import subprocess
