@@ -75,7 +75,7 @@ def detect_impacts(
     contact_level : float or str
         Level above the baseline between whose crossings the contact time is taken: in the
         recording's unit, or as a share of each impact's own peak, ``"10 %"``. By default 0: from
-        first to last touch.
+        first to last touch. An impact that does not reach the level has a contact time of 0.
     contact_time : (float, float), optional
         Shortest and longest contact [s] of a force record; pulses of other lengths are no impacts.
         By default up to 30 ms or 64 samples, whichever is more; where no pulse is as short as that,
