@@ -15,12 +15,12 @@ from ..instrument.converter import converter_step
 from ..instrument.coupling_kernels import uncouple
 from ..instrument.dropout_kernels import BORDER, MOST, fill, find_dropouts
 from ..instrument.line import Line
-from ..instrument.mains import base_of, find_lines, fit_lines, keeps_pace, pace_of
-from ..instrument.mains_kernels import take_off
+from ..instrument.mains import base_of
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
 from ..signal.probability import LOWEST
-from ._background_kernels import chunk_medians, outlying, take
+from ._background import SQRT12, Background
+from ._background_kernels import chunk_medians, take
 from ._faint_kernels import find_faint
 from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, Stretch, find_crests
@@ -39,18 +39,10 @@ SETTLED = 0.5
 follows it, and many contacts, behind which so little is left."""
 TINY = 1e-7
 """Of the range of the samples: the least noise that is assumed."""
-WEAK = 0.1
-"""Of the noise: hum that is weaker does not change what is background."""
-ROUNDS = 6
-"""Fits of the hum: each shows the background, and so the hum, more clearly."""
-STRONG = 0.1
-"""Of the strongest line: weaker ones wait until the background shows without it."""
 REST = 2e-3
 """Of the hum that is taken off: what may be left."""
 RARE = 3
 """Times as many impacts as samples that stand alone make these glitches, not short impacts."""
-MOST_GLITCHES = 4096
-SQRT12 = float(np.sqrt(12.0))
 TINIEST = float(np.finfo(float).tiny)
 
 
@@ -112,7 +104,7 @@ class Spans:
         self._room = np.empty((0, CREST))
         self._near, self._doubt = np.empty((0, CREST)), np.empty(0)
         self._events = np.empty((0, EVENT))
-        self._spikes = np.empty(MOST_GLITCHES, np.int64)
+        self._background = Background(grid)
         self._sums = np.empty(0)
         self._runs = np.empty((MOST, 2), np.int64)
         self._coupled = (0.0, 0.0)  # integral of what is behind the coupling, its last sample
@@ -256,65 +248,17 @@ class Spans:
             span.mask = np.zeros(len(span.clean), np.uint8)
         else:
             span.mask = np.empty(len(span.clean), np.uint8)
-            span.lines = self._background(span, self._medians(k))
+            span.lines = self._background.separate(span, self._medians(k))
 
     def _take_hum_off(self, k: int) -> None:
         """Remove mains lines that neighbouring seconds show as well."""
-        span, grid, lines = self.spans[k], self.grid, self.spans[k].lines
+        span, lines = self.spans[k], self.spans[k].lines
         if not lines and (shown := [one.lines for one in self.around(k, BESIDE) if one.lines]):
             if not len(span.sums):
                 return
-            lines = self._lines_of(span, base=base_of(shown[0]))
-        if not lines:
-            return
-        medians, first = self._medians(k), (lines, np.empty((0, 2)))
-        ratio = 1.0  # of the frequencies to those of the mains
-        for turn in range(ROUNDS):
-            if turn:
-                lines = self._background(span, medians)
-            if turn == 1 and not keeps_pace(span.sums, span.counts, grid.rate / grid.block, *first):
-                self._put_back(span, medians, *first)
-                break
-            found = (span.sums, span.counts, grid.block, grid.rate)
-            fit = fit_lines(*found, tuple(ratio * f for f in lines))
-            if not turn:
-                strongest = lines[int(np.argmax(np.abs(fit[:, 0])))]
-                strong = self._strong(lines, fit)
-                ratio = pace_of(span.sums, span.counts, grid.rate / grid.block, strongest)
-                if strong != lines or ratio != 1.0:
-                    lines = strong
-                    fit = fit_lines(*found, tuple(ratio * f for f in lines))
-            take_off(
-                span.clean, grid.block, len(span.sums), ratio * np.array(lines) / grid.rate, fit
-            )
-            if not turn:
-                first = tuple(ratio * f for f in lines), fit
-            strength = np.abs(fit).sum(axis=1)
-            for frequency, amplitude in zip(lines, strength, strict=True):
-                span.hum[frequency] = max(span.hum.get(frequency, 0.0), float(amplitude))
-            if strength.sum() < WEAK * span.sigma:
-                break  # the background is as it was
-            fill(span.clean, span.filled, np.nan)
-            chunk_medians(span.clean, grid.chunk, medians[1:-1])
-
-    def _put_back(
-        self, span: Span, medians: np.ndarray, lines: tuple[float, ...], fit: np.ndarray
-    ) -> None:
-        """Undo that lines were taken off: a tone beside the mains is none of theirs."""
-        grid = self.grid
-        take_off(span.clean, grid.block, len(span.sums), np.array(lines) / grid.rate, -fit)
-        fill(span.clean, span.filled, np.nan)
-        chunk_medians(span.clean, grid.chunk, medians[1:-1])
-        self._background(span, medians)
-        span.hum.clear()
-        span.lines = ()
-
-    @staticmethod
-    def _strong(lines: tuple[float, ...], fit: np.ndarray) -> tuple[float, ...]:
-        """Lines that are too strong to be made by regular impacts hidden in the hum."""
-        strength = np.abs(fit[:, 0])
-        least = STRONG * strength.max()
-        return tuple(f for f, s in zip(lines, strength, strict=True) if s >= least)
+            lines = self._background.lines_of(span, base=base_of(shown[0]))
+        if lines:
+            self._background.take_hum_off(span, self._medians(k), lines)
 
     def _medians(self, k: int) -> np.ndarray:
         """Medians of the chunks of span k and of its neighbours."""
@@ -324,32 +268,6 @@ class Spans:
         medians[1:-1] = span.medians
         medians[-1] = self.spans[k + 1].medians[0] if k < self.count - 1 else span.medians[-1]
         return medians
-
-    def _background(self, span: Span, medians: np.ndarray) -> tuple[float, ...]:
-        """Mark what is not background; the mains lines found, and those already removed."""
-        grid, blocks = self.grid, len(span.clean) // self.grid.block
-        if not len(span.sums):
-            span.sums, span.counts = np.empty((2, blocks))
-        span.sigma, alone, span.runs = outlying(
-            span.clean,
-            medians,
-            grid.chunk,
-            int(grid.longest),
-            span.step / SQRT12,
-            span.filled,
-            span.mask,
-            grid.block,
-            span.sums,
-            span.counts,
-            self._spikes,
-        )
-        span.spikes = self._spikes[: min(alone, MOST_GLITCHES)].copy()
-        return self._lines_of(span)
-
-    def _lines_of(self, span: Span, base: float | None = None) -> tuple[float, ...]:
-        grid = self.grid
-        pace, fitted = grid.rate / grid.block, tuple(span.hum)
-        return find_lines(span.sums, span.counts, pace, grid.rate, span.sigma, fitted, base)
 
     def _clean(self, k: int) -> None:
         """Remove glitches, and measure the noise of each width."""
