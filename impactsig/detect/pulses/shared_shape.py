@@ -218,23 +218,26 @@ def _measure(row, i, fits, shape, timed, alone, work):
             _begin_again(kept, shape, previous, new)
         return
     new[FLAT] = math.log(max(flat / middle, 1e-9))
-    kept[SHORT] = min(flat, 0.0)
-    for m in range(WIDER):
-        kept[NOW + m] = new[m]
     along[0, START] = along[2, 0] = 1.0
     along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
     along[1, LENGTH] = contact
     start = _variance(along[0], i, fits, shape, alone, seen, turned)
+    # That of the baseline hardly moves a length that the shape holds.
+    lasting = _variance(along[1], i, fits, shape, alone, seen, turned)
+    peak = _variance(along[2], i, fits, shape, True, seen, turned)
+    if not (start >= 0.0 and lasting >= 0.0 and peak >= 0.0):
+        return  # rounding is all that is left of them
+    for m in range(WIDER):
+        kept[NOW + m] = new[m]
+    kept[SHORT] = min(flat, 0.0)
     row[0] = kept[ZERO] + new[START]
     row[ERRORS] = math.sqrt(start + kept[BESIDE] + (BENT * moved) ** 2)
     if timed:
         row[1], row[4] = contact, parts.rise + 0.5 * flat
-        # That of the baseline hardly moves a length that the shape holds.
-        row[ERRORS + 1] = math.sqrt(_variance(along[1], i, fits, shape, alone, seen, turned))
+        row[ERRORS + 1] = math.sqrt(lasting)
     if kept[UNIT] > 0.0:
-        peak = _variance(along[2], i, fits, shape, True, seen, turned) + kept[BESIDE + 2]
         row[2] = new[0] * kept[UNIT]
-        row[ERRORS + 2] = math.sqrt(peak) * kept[UNIT]
+        row[ERRORS + 2] = math.sqrt(peak + kept[BESIDE + 2]) * kept[UNIT]
 
 
 @inner
