@@ -170,7 +170,8 @@ def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
         np.add.at(total.T, band[inside], spectrum.T[inside])
         return total
 
-    first = np.ceil((time - recording.start) * rate).astype(int)
+    place = np.clip((time - recording.start) * rate, -count, len(x) + 2 * count)
+    first = np.ceil(place).astype(int)
     heard = powers(first, fade)
     noise = np.median(powers(first - count - count // 4, fade[::-1]), axis=0)
     known = heard.mean(axis=0) > 0

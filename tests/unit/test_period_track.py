@@ -5,6 +5,7 @@ import pytest
 
 from impactsig import Impacts, InvalidInput, track_period
 from impactsig.intervals import track
+from impactsig.intervals.phases.structure import strongest_line
 
 T = 0.05
 
@@ -110,3 +111,8 @@ def test_arguments_that_cannot_be_used_are_named(name, given):
     with pytest.raises(InvalidInput) as caught:
         track_period(**arguments)
     assert caught.value.argument == name
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_where_nothing_is_left_there_is_no_line():
+    assert strongest_line(np.arange(0.5, 55.0), np.zeros(55), 1.0, 0.04) is None

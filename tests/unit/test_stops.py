@@ -123,3 +123,11 @@ def test_refusals_and_few():
     two = Recording(np.zeros((100, 2)), 22_050.0, channels=("a", "b"), units=("", ""))
     with pytest.raises(InvalidInput, match="one of 0: 'a'"):
         separate_stops(two, truth)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_impacts_far_outside_of_the_recording_are_of_no_known_stop():
+    noise = np.random.default_rng(0).standard_normal(3000)
+    found = separate_stops(Recording(noise, 22_050.0), Impacts.from_times(1e150 * np.arange(1, 40)))
+    assert found.impacts.stop_index is None
+    assert found.reason
