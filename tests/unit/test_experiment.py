@@ -266,7 +266,7 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
         command = [sys.executable, "-c", program, str(tmp_path), str(kept)]
         run = subprocess.Popen(command, cwd=root, start_new_session=True)
         more = int(rng.integers(1, 4))  # runs that it may finish
-        while run.poll() is None and len(list(kept.glob("*/*.json"))) < len(seen) + more:
+        while run.poll() is None and len(list(kept.glob("*/*.run"))) < len(seen) + more:
             time.sleep(0.002)
         time.sleep(rng.uniform(0, 0.02))
         amid += run.poll() is None
@@ -276,7 +276,7 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
             os.killpg(run.pid, signal.SIGKILL)
         run.wait()
         time.sleep(0.5)
-        for path in kept.glob("*/*.json"):
+        for path in kept.glob("*/*.run"):
             json.loads(path.read_text())  # whole
             stamp = path.stat().st_mtime_ns
             assert seen.setdefault(path, stamp) == stamp
@@ -285,7 +285,7 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
     whole = Experiment.read(tmp_path, RIG, workers=1, directory=tmp_path / "alone")
     last = Experiment.read(tmp_path, RIG, workers=1, directory=kept)
     assert last.to_frame().equals(whole.to_frame())
-    assert len(list(kept.glob("*/*.json"))) == 60
+    assert len(list(kept.glob("*/*.run"))) == 60
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in seen.items())
 
 

@@ -29,6 +29,7 @@ from impactsig.fitting._partition import Train
 from impactsig.fitting._path_kernels import Chain
 from impactsig.fitting._together import Joint, Layout
 from impactsig.fitting.joint import mirrored
+from impactsig.simulate.batches.trains import Impacting
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
 FAR, STIFFNESS = 0.8, 30.0
@@ -100,14 +101,14 @@ def test_a_contact_ends_as_that_of_a_free_mass_does():
 # -- echoes ------------------------------------------------------------------------------------
 
 
-def train_with_echoes(share, delay=0.004, count=400, seed=0):
+def train_with_echoes(share, delay=0.004, count=400, seed=0, jitter=1e-4):
     rng = np.random.default_rng(seed)
     time = np.cumsum(0.02 + 0.03 * rng.random(count))
     echo = time[rng.random(count) < share] + delay
     whole = np.concatenate((time, echo))
     order = np.argsort(whole)
     which = (np.arange(len(whole)) >= count)[order]
-    whole = whole[order] + 1e-4 * rng.standard_normal(len(whole))
+    whole = whole[order] + jitter * rng.standard_normal(len(whole))
     return Train(whole * FREQUENCY, None, np.ones(len(whole) - 1, bool)), which
 
 
@@ -122,6 +123,35 @@ def test_echoes_of_two_trains_are_found():
     left = without(trains[0], found.which[0])
     assert len(left.x) == np.sum(~found.which[0])
     assert left.joined.all()
+
+
+@pytest.mark.parametrize("jitter", [1e-5, 1e-4, 3e-4])
+def test_the_spread_of_echoes_is_that_of_their_delay(jitter):
+    # Of a period of 50 ms, 3e-4 is 0.6 %: the window that most agree in holds half of the echoes.
+    trains = [train_with_echoes(0.4, seed=seed, jitter=jitter)[0] for seed in (1, 2, 3)]
+    found = echoes(trains, [FREQUENCY] * 3)
+    assert found.spread == pytest.approx(jitter * math.sqrt(2), rel=0.15)
+
+
+def test_echoes_are_simulated_and_taken_out_again():
+    train = train_with_echoes(0.4, seed=1)[0]
+    heard = echoes([train, train_with_echoes(0.4, seed=2)[0]], [FREQUENCY] * 2)
+    rng = np.random.default_rng(3)
+    x = np.cumsum(0.5 + rng.random(500))
+    truth = Impacting(x, np.arange(500.0), np.array([0, 200, 200]), np.zeros(500, int))
+    whole = heard.again(truth, FREQUENCY, rng)
+    counts = np.diff(whole.starts, append=len(whole.x))
+    assert counts[1] == 0
+    assert counts[[0, 2]] / [200, 300] == pytest.approx(1 + heard.share, abs=0.1)
+    for part in np.split(whole.x, whole.starts[1:]):
+        assert (np.diff(part) > 0).all()
+    np.testing.assert_allclose(np.setdiff1d(x, whole.x), [])
+    joined = np.ones(len(whole.x) - 1, bool)
+    joined[counts[0] - 1] = False
+    left = heard.taken_out(Train(whole.x, None, joined, whole.starts), FREQUENCY)
+    np.testing.assert_array_equal(left.x, x)
+    np.testing.assert_array_equal(left.starts, truth.starts)
+    assert np.flatnonzero(~left.joined).tolist() == [199]
 
 
 def test_irregular_trains_have_no_echoes():
