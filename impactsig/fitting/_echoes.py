@@ -15,8 +15,7 @@ LONGEST = 0.5  # forcing periods of the fastest train
 SAME = 0.02  # of these, within which delays agree at first
 AROUND = 5.0  # of this: where other delays are counted for comparison
 FEWEST = 0.05  # of the impacts, that have one
-WIDTHS = 3.0, 8.0  # of this: where echoes end, and up to where other delays are beside them
-WITHIN = 0.683  # of a normal distribution, within its standard deviation
+ROUNDS, REACH, WIDEST = 10, 2.5, 2.0  # of the spread: standard deviations, or windows, about it
 BEYOND = 25.0  # logarithm of the likelihood that so many agree by chance
 FARTHEST = 3.5  # standard deviations of the delay
 
@@ -75,7 +74,7 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
     around = np.searchsorted(late, middle + wide) - np.searchsorted(late, middle - wide)
     usual = np.maximum((around - inside) * window / (2 * wide - window), 1.0)
     beyond = inside * np.log(inside / usual) - (inside - usual)
-    beyond[inside < usual] = 0.0
+    beyond[(inside < usual) | (late < window)] = 0.0  # nearer ones are impacts that chatter
     best = int(np.argmax(beyond))
     if beyond[best] < BEYOND or inside[best] < FEWEST * impacts:
         return None
@@ -92,18 +91,15 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
 
 
 def _spread(late: np.ndarray, delay: float, window: float) -> float:
-    """Standard deviation of the delays about their median, those of other impacts taken off.
-
-    Of a normal distribution 68 % lie within it. The window in which most agree may be narrower.
-    """
-    off = np.sort(np.abs(late - delay))
-    inner, outer = WIDTHS[0] * window, WIDTHS[1] * window
-    reached = inner + min(inner, delay), outer + min(outer, delay)  # none comes before its impact
-    beside = np.searchsorted(off, outer) - np.searchsorted(off, inner)
-    density = beside / (reached[1] - reached[0])
-    off = off[off < inner]
-    excess = np.arange(1, len(off) + 1) - density * (off + np.minimum(off, delay))
-    return float(off[np.argmax(excess >= WITHIN * excess[-1])])
+    """Standard deviation of the delays about their median, whose window may be narrower or wider."""
+    reach, spread = window / 2, window
+    for _ in range(ROUNDS):
+        near = np.abs(late - delay)
+        before, spread = spread, 1.4826 * float(np.median(near[near <= reach]))
+        if abs(spread - before) < 0.02 * before:
+            break
+        reach = min(REACH * spread, WIDEST * window)
+    return spread
 
 
 def _which(time: np.ndarray, delay: float, reach: float) -> np.ndarray:

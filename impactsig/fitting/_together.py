@@ -143,7 +143,17 @@ def _round(
         len(own.x) * WORST if one is None else one.score
         for one, own in zip(orbits, seen, strict=True)
     )
-    return Joint(theta, seen, orbits, np.linalg.inv(_gathered(layout, laid)[1]), score)
+    return Joint(theta, seen, orbits, _inverse(_gathered(layout, laid)[1]), score)
+
+
+def _inverse(information: np.ndarray) -> np.ndarray:
+    """The covariance, in no direction wider than what is known beforehand.
+
+    The information of a leg about parameters far from its own is not always positive.
+    """
+    size, vectors = np.linalg.eigh(information)
+    covariance: np.ndarray = vectors / np.maximum(size, WIDEST.max() ** -2.0) @ vectors.T
+    return covariance
 
 
 def _mean(layout: Layout, near: list[Joint]) -> Joint:

@@ -133,6 +133,18 @@ def test_the_spread_of_echoes_is_that_of_their_delay(jitter):
     assert found.spread == pytest.approx(jitter * math.sqrt(2), rel=0.15)
 
 
+def test_impacts_that_chatter_are_no_echoes():
+    # Most impacts are followed by another at once, more than have an echo.
+    rng = np.random.default_rng(8)
+    trains = []
+    for seed in (1, 2):
+        train, _ = train_with_echoes(0.3, seed=seed)
+        close = train.x[rng.random(len(train.x)) < 0.8] + 1e-3
+        x = np.sort(np.concatenate((train.x, close)))
+        trains.append(Train(x, None, np.ones(len(x) - 1, bool)))
+    assert echoes(trains, [FREQUENCY] * 2).delay == pytest.approx(0.004, abs=5e-5)
+
+
 def test_echoes_are_simulated_and_taken_out_again():
     train = train_with_echoes(0.4, seed=1)[0]
     heard = echoes([train, train_with_echoes(0.4, seed=2)[0]], [FREQUENCY] * 2)
