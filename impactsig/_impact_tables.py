@@ -103,7 +103,8 @@ def unpacked(kind: type[Impacts], path: Any, content: bytes) -> Impacts:
         table = np.frombuffer(numbers, PACKED).reshape(len(names), head["count"])
         return _made(kind, path, dict(zip(names, table, strict=True)), run)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise UnreadableFile(path, f"not a table of impacts ({error})") from error
+        remedy = "Remove it, read again"
+        raise UnreadableFile(path, f"not a table of impacts ({error})", remedy) from error
 
 
 def _run(impacts: Impacts) -> dict[str, Any]:

@@ -369,7 +369,7 @@ class Experiment(Shown):
 
 
 def _printable(name: str) -> str:
-    """A file name in which bytes that are no UTF-8 are written as tables and pages can hold them."""
+    """A file name, with bytes that are no UTF-8 as tables and pages can hold them."""
     return name.encode(errors="backslashreplace").decode()
 
 

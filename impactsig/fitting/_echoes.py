@@ -91,7 +91,7 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
 
 
 def _spread(late: np.ndarray, delay: float, window: float) -> float:
-    """Standard deviation of the delays about their median, whose window may be narrower or wider."""
+    """Standard deviation of the delays about their median, which the window may not hold."""
     reach, spread = window / 2, window
     for _ in range(ROUNDS):
         near = np.abs(late - delay)

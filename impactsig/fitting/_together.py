@@ -143,15 +143,15 @@ def _round(
         len(own.x) * WORST if one is None else one.score
         for one, own in zip(orbits, seen, strict=True)
     )
-    return Joint(theta, seen, orbits, _inverse(_gathered(layout, laid)[1]), score)
+    return Joint(theta, seen, orbits, covariance_of(layout, laid), score)
 
 
-def _inverse(information: np.ndarray) -> np.ndarray:
-    """The covariance, in no direction wider than what is known beforehand.
+def covariance_of(layout: Layout, laid: list[Laid | None]) -> np.ndarray:
+    """What is not told of all that are sought, in no direction more than is known beforehand.
 
     The information of a leg about parameters far from its own is not always positive.
     """
-    size, vectors = np.linalg.eigh(information)
+    size, vectors = np.linalg.eigh(_gathered(layout, laid)[1])
     covariance: np.ndarray = vectors / np.maximum(size, WIDEST.max() ** -2.0) @ vectors.T
     return covariance
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pickle
 import signal
@@ -18,6 +17,7 @@ import soundfile
 
 from impactsig import Experiment, InvalidInput, Rig, UnreadableFile, detect_impacts, read
 from impactsig.experiment import _reading
+from impactsig.experiment._kept import Kept
 
 RATE = 10_000
 RIG = Rig(
@@ -248,6 +248,26 @@ def test_a_folder_needs_a_rig_and_recordings(tmp_path):
         Experiment.read(tmp_path / "nowhere", RIG)
 
 
+def test_a_damaged_run_is_named_with_its_remedy(tmp_path):
+    record(tmp_path / "up" / "20.0Hz.wav", 20.0)
+    runs = Experiment.read(tmp_path, RIG, workers=1)
+    (path,) = runs.directory.glob("*/*.run")
+    whole = path.read_bytes()
+    for cut, asked in ((0, runs.to_frame), (10, runs.to_frame), (-3, lambda: runs.impacts(0))):
+        path.write_bytes(whole[:cut])
+        with pytest.raises(UnreadableFile, match=path.name) as caught:
+            asked()
+        assert "Remove it" in str(caught.value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of any bytes")
+def test_a_name_of_any_bytes_is_a_row(tmp_path):
+    record(tmp_path / "20.0Hz.wav", 20.0)
+    (tmp_path / "20.0Hz.wav").rename(tmp_path / os.fsdecode(b"\xff_up_20.0Hz.wav"))
+    runs = Experiment.read(tmp_path, Rig(channel=[{"number": 0, "sensor": "force"}]), workers=1)
+    assert runs.to_frame()["file"].tolist() == ["\\udcff_up_20.0Hz.wav"]
+
+
 @pytest.mark.slow
 def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
     """Twenty kills amid the work: every run is written once, as a single reading has it."""
@@ -277,7 +297,7 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
         run.wait()
         time.sleep(0.5)
         for path in kept.glob("*/*.run"):
-            json.loads(path.read_text())  # whole
+            assert Kept(kept).read(path.stem)["impacts"] == len(Kept(kept).impacts(path.stem))
             stamp = path.stat().st_mtime_ns
             assert seen.setdefault(path, stamp) == stamp
     assert amid >= 15
