@@ -174,7 +174,7 @@ def _gathered(layout: Layout, laid: list[Laid | None]) -> tuple[np.ndarray, np.n
     """Gradient and information of all that are sought, with what is known beforehand."""
     gradient, total = np.zeros(len(layout.kinds)), np.diag(WIDEST[layout.kinds] ** -2.0)
     for k, one in enumerate(laid):
-        if one is not None:
+        if one is not None and math.isfinite(one.loss):  # else it has no information
             place = layout.of(k)
             gradient[place] += one.gradient[layout.sought]
             total[np.ix_(place, place)] += one.information[np.ix_(layout.sought, layout.sought)]

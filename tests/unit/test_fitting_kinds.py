@@ -21,13 +21,13 @@ from impactsig import (
 )
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import echoes, without
-from impactsig.fitting._followed import Followed, Seen
+from impactsig.fitting._followed import Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
 from impactsig.fitting._path_kernels import Chain
-from impactsig.fitting._together import Joint, Layout
+from impactsig.fitting._together import WIDEST, Joint, Layout, covariance_of
 from impactsig.fitting.joint import mirrored
 from impactsig.simulate.batches.trains import Impacting
 
@@ -247,3 +247,12 @@ def test_one_train_has_no_kinds():
     impacts = simulate(scenes.karpodinis(20.1), periods=5).impacts
     with pytest.raises(InvalidInput, match="list of trains"):
         fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "soft"))
+
+
+def test_a_covariance_is_positive_whatever_orbits_far_off_say():
+    layout = Layout((0, 1), (2, 4), 2)
+    odd = np.diag([-50.0, 4.0, 0.0, 1e4, 0.0])  # of restitution, damping, amplitude, ...
+    lost = Laid(math.inf, np.full(5, np.nan), np.full((5, 5), np.nan), None, 0.01)
+    found = covariance_of(layout, [Laid(1.0, np.zeros(5), odd, None, 0.01), lost])
+    size = np.linalg.eigvalsh(found)
+    assert 0 < size[0] <= size[-1] <= WIDEST.max() ** 2 * (1 + 1e-9)
