@@ -39,10 +39,8 @@ SHARE, DELAY = (0.3, 0.9), (1e-3, 4e-3)  # of echoes, and seconds
 LEAST_SIDE = 0.1  # of the impacts on either of two sides
 
 
-def machine(seed: int) -> tuple[str, dict[str, float], list[tuple[float, float, Impacts]]] | None:
-    """Kind, parameters and runs; None where too few runs are irregular."""
-    rng = np.random.default_rng([25, seed])
-    kind = KINDS[seed % len(KINDS)]
+def drawn(kind: str, rng: np.random.Generator) -> tuple[dict[str, float], tuple[Stop, ...]]:
+    """Parameters of a machine of a kind, and its stops."""
     truth = {"restitution": float(rng.uniform(0.1, 0.7)), "damping": float(rng.uniform(0.01, 0.06))}
     if kind == "soft":
         truth["stiffness"] = math.exp(rng.uniform(*np.log(STIFFNESS)))
@@ -54,13 +52,27 @@ def machine(seed: int) -> tuple[str, dict[str, float], list[tuple[float, float, 
         stops += (Stop(-truth["far"], Rigid(truth["restitution"]), "lower"),)
     if kind == "echo":
         truth |= {"share": float(rng.uniform(*SHARE)), "delay": float(rng.uniform(*DELAY))}
+    return truth, stops
+
+
+def forced(truth: dict[str, float], stops: tuple[Stop, ...], rng: np.random.Generator):
+    """Frequency and amplitude of a run, and the beam there."""
+    frequency = float(rng.uniform(*FREQUENCY))
+    omega = frequency / scenes.NATURAL_FREQUENCY
+    amplitude = abs(1 - omega**2) * math.exp(rng.uniform(*np.log(REACH)))
+    scene = scenes.karpodinis(frequency, damping_ratio=truth["damping"], amplitude=amplitude)
+    return frequency, amplitude, replace(scene, stops=stops)
+
+
+def machine(seed: int) -> tuple[str, dict[str, float], list[tuple[float, float, Impacts]]] | None:
+    """Kind, parameters and runs; None where too few runs are irregular."""
+    rng = np.random.default_rng([25, seed])
+    kind = KINDS[seed % len(KINDS)]
+    truth, stops = drawn(kind, rng)
     runs: list = []
     for _ in range(ATTEMPTS):
-        frequency = float(rng.uniform(*FREQUENCY))
-        omega = frequency / scenes.NATURAL_FREQUENCY
-        amplitude = abs(1 - omega**2) * math.exp(rng.uniform(*np.log(REACH)))
-        scene = scenes.karpodinis(frequency, damping_ratio=truth["damping"], amplitude=amplitude)
-        impacts = irregular(replace(scene, stops=stops), frequency)
+        frequency, amplitude, scene = forced(truth, stops, rng)
+        impacts = irregular(scene, frequency)
         if impacts is not None:
             chain = {"jitter": JITTER / frequency, "missed": 0.02, "spurious": 0.01}
             if kind == "echo":
@@ -75,14 +87,14 @@ def machine(seed: int) -> tuple[str, dict[str, float], list[tuple[float, float, 
     return None
 
 
-def irregular(scene, frequency: float) -> Impacts | None:
+def irregular(scene, frequency: float, count: int = COUNT) -> Impacts | None:
     """Impacts of a motion that is not periodic, and hits all of its stops; else None."""
     impacts = simulate(scene, periods=60, transient=200).impacts
     if not 15 <= len(impacts) <= 180:
         return None
-    impacts = simulate(scene, periods=6 * COUNT, transient=300).impacts[:COUNT]
+    impacts = simulate(scene, periods=6 * count, transient=300).impacts[:count]
     distinct = np.unique(np.round(impacts.intervals() * frequency, 3))
-    if len(impacts) < COUNT or len(distinct) < DISTINCT:
+    if len(impacts) < count or len(distinct) < DISTINCT:
         return None
     if len(scene.stops) > 1:
         first = np.mean(impacts.stop_index == 0)

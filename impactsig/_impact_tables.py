@@ -1,4 +1,4 @@
-"""Read and write trains of impacts as CSV, Parquet and npz."""
+"""Read and write trains of impacts as CSV, as Parquet, and packed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from datetime import datetime
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from .impacts import Impacts
 
 ROWS = 10_000  # that are written at a time
+PACKED = "<f8"
 HEAD = "# impactsig "
 """Begins the line that holds the run."""
 
@@ -81,22 +81,30 @@ def read_parquet(kind: type[Impacts], path: Any) -> Impacts:
     return _made(kind, path, {name: table[name].to_numpy() for name in table.column_names}, run)
 
 
-def write_npz(impacts: Impacts, path: Any) -> None:
-    """Write arrays, which are read 20 times faster than text."""
-    run = np.array(json.dumps(_run(impacts)))
-    with atomic_path(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, run=run, **columns(impacts))  # type: ignore[arg-type]
+def packed(impacts: Impacts) -> bytes:
+    """A line of JSON, and the columns as numbers, written in less time than an npz is."""
+    table = columns(impacts)
+    head = {"columns": list(table), "count": len(impacts), "run": _run(impacts)}
+    return json.dumps(head).encode() + b"\n" + np.array(list(table.values()), PACKED).tobytes()
 
 
-def read_npz(kind: type[Impacts], path: Any) -> Impacts:
-    """Read what `write_npz` has written."""
+def unpacked(kind: type[Impacts], path: Any, content: bytes) -> Impacts:
+    """The impacts that `packed` has made bytes of; `path` is where these are from.
+
+    Raises
+    ------
+    UnreadableFile
+        If they are anything else.
+    """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            values = dict(file.items())
-        run = json.loads(str(values.pop("run")))
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
-        raise UnreadableFile(path, f"not a table of impacts ({error})") from error
-    return _made(kind, path, values, run)
+        line, _, numbers = content.partition(b"\n")
+        head = json.loads(line)
+        names, run = head["columns"], head["run"]
+        table = np.frombuffer(numbers, PACKED).reshape(len(names), head["count"])
+        return _made(kind, path, dict(zip(names, table, strict=True)), run)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        remedy = "Remove it, read again"
+        raise UnreadableFile(path, f"not a table of impacts ({error})", remedy) from error
 
 
 def _run(impacts: Impacts) -> dict[str, Any]:

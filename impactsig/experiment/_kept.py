@@ -2,11 +2,10 @@
 
 | file | holds |
 |---|---|
-| ``KE/KEY.npz`` | the impacts, an array for each column |
-| ``KE/KEY.json`` | the row of the table, or why there is none; written after the impacts |
+| ``KE/KEY.run`` | the row of the table, a line of JSON, and the impacts; or why there are none |
 | ``contents.jsonl`` | digests of recordings, by path, size and time, so that none is read again |
 
-Every file is written whole or not at all, so a run whose row is there is done.
+Every file is written whole or not at all, so a run whose file is there is done.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from typing import Any
 
 from .._atomic import atomic_path
 from .._correction_files import beside, sha256
-from .._impact_tables import read_npz, write_npz
+from .._impact_tables import packed, unpacked
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
 from ..io.companions import settings_beside
@@ -98,31 +97,29 @@ class Kept:
             file.writelines(f"{json.dumps([name, *one])}\n" for name, one in new.items())
         self._stamps |= new
 
-    def place(self, key: str, ending: str) -> Path:
+    def place(self, key: str) -> Path:
         """The file of a run."""
-        return self.folder / key[:2] / f"{key}.{ending}"
+        return self.folder / key[:2] / f"{key}.run"
 
     def is_done(self, key: str) -> bool:
         """Whether a run has been worked out."""
-        return self.place(key, "json").is_file()
+        return self.place(key).is_file()
 
     def write(self, key: str, run: Run) -> None:
-        """Keep a run: its impacts, then its row."""
-        self.place(key, "npz").parent.mkdir(exist_ok=True)
-        write_npz(run.impacts, self.place(key, "npz"))
-        self._dump(key, run.summary)
+        """Keep a run: its row and its impacts."""
+        self._write(key, run.summary, packed(run.impacts))
 
     def write_error(self, key: str, error: ImpactsigError) -> None:
         """Keep why there is no run."""
         kind = next(name for name, one in LASTING.items() if type(error) is one)
-        self.place(key, "json").parent.mkdir(exist_ok=True)
-        self._dump(key, {"error": kind, "arguments": [str(one) for one in error.__reduce__()[1]]})
+        self._write(key, {"error": kind, "arguments": [str(one) for one in error.__reduce__()[1]]})
 
     def read(self, key: str) -> dict[str, Any] | ImpactsigError:
         """The row of a run, or why there is none."""
-        place = self.place(key, "json")
+        place = self.place(key)
         try:
-            row: dict[str, Any] = json.loads(place.read_text(encoding="utf-8"))
+            with place.open("rb") as file:
+                row: dict[str, Any] = json.loads(file.readline())
         except (OSError, ValueError) as error:
             return UnreadableFile(place, f"is no row of a run ({error})", "Remove it, read again")
         if "error" in row:
@@ -130,12 +127,26 @@ class Kept:
         return row
 
     def impacts(self, key: str) -> Impacts:
-        """The impacts of a run."""
-        return read_npz(Impacts, self.place(key, "npz"))
+        """The impacts of a run.
 
-    def _dump(self, key: str, content: Any) -> None:
-        with atomic_path(self.place(key, "json")) as temporary:
-            temporary.write_text(json.dumps(content, sort_keys=True), encoding="utf-8")
+        Raises
+        ------
+        UnreadableFile
+            If its file is damaged.
+        """
+        place = self.place(key)
+        try:
+            with place.open("rb") as file:
+                file.readline()
+                content = file.read()
+        except OSError as error:
+            raise UnreadableFile(place, f"cannot be read ({error.strerror})") from None
+        return unpacked(Impacts, place, content)
+
+    def _write(self, key: str, row: dict[str, Any], impacts: bytes = b"") -> None:
+        self.place(key).parent.mkdir(exist_ok=True)
+        with atomic_path(self.place(key)) as temporary:
+            temporary.write_bytes(json.dumps(row, sort_keys=True).encode() + b"\n" + impacts)
 
 
 def _stamp(path: Path) -> list[int] | None:

@@ -13,7 +13,7 @@ from ..detect.files import detect_file
 from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
 from ..intervals.forcing import forcing_cycles, rising_instants
 from ..intervals.period import identify_period
-from ..io import info, read
+from ..io import read
 from ._motions import NO_IMPACTS
 from ._rig_tables import which
 from ._sweep import swept
@@ -55,7 +55,7 @@ def worked_out(path: Path, rig: Rig, frequency: float | None) -> Run:
             inside = impacts.time if len(impacts) else instants[:1]
             cycles, period = forcing_cycles(instants, inside)
             frequency = 1 / period
-        value = recorded_value(rig, path, info(path, raw=_raw(rig)).metadata, frequency)
+        value = recorded_value(rig, path, frequency)
         summary = described(impacts, rig, None if rig.sweep else frequency, instants)
     notes = [str(one.message) for one in caught if issubclass(one.category, ImpactsigWarning)]
     return Run(
@@ -163,10 +163,6 @@ def _moments(name: str, values: np.ndarray) -> dict[str, Any]:
 
 def _plain(value: Any) -> float | None:
     return None if value is None or not math.isfinite(value) else float(value)
-
-
-def _raw(rig: Rig) -> Any:
-    return rig.reading_options().get("raw")
 
 
 def _named(rig: Rig) -> str | int:

@@ -192,7 +192,7 @@ class Experiment(Shown):
         import pandas as pd
 
         columns: dict[str, list[Any]] = {
-            "file": [path.name for path in self.files],
+            "file": [_printable(path.name) for path in self.files],
             self.parameter: self.values.tolist(),
             "branch": list(self.branches),
         }
@@ -366,6 +366,11 @@ class Experiment(Shown):
         if self.errors:
             parts.append(f"{len(self.errors)} recordings failed")
         return f"Experiment({'; '.join(parts)})"
+
+
+def _printable(name: str) -> str:
+    """A file name, with bytes that are no UTF-8 as tables and pages can hold them."""
+    return name.encode(errors="backslashreplace").decode()
 
 
 def _number(value: Any) -> float:

@@ -92,7 +92,7 @@ def _number(written: Any) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def recorded_value(rig: Rig, path: Path, metadata: Any, frequency: float | None) -> float:
+def recorded_value(rig: Rig, path: Path, frequency: float | None) -> float:
     """Parameter value stored in the recording itself.
 
     Raises
@@ -103,6 +103,9 @@ def recorded_value(rig: Rig, path: Path, metadata: Any, frequency: float | None)
     found = rig.parameter
     origin = found.get("from")
     if origin == "metadata":
+        from ..io import info
+
+        metadata = info(path, raw=rig.reading_options().get("raw")).metadata
         value = _number(metadata.get(found["key"]))
         if value is None:
             raise InvalidInput(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..simulate.batches.trains import Impacting
 from ._partition import Train
 
 FOLLOWING = 4  # impacts after each, among which its echo is
@@ -14,6 +15,7 @@ LONGEST = 0.5  # forcing periods of the fastest train
 SAME = 0.02  # of these, within which delays agree at first
 AROUND = 5.0  # of this: where other delays are counted for comparison
 FEWEST = 0.05  # of the impacts, that have one
+ROUNDS, REACH, WIDEST = 10, 2.5, 2.0  # of the spread: standard deviations, or windows, about it
 BEYOND = 25.0  # logarithm of the likelihood that so many agree by chance
 FARTHEST = 3.5  # standard deviations of the delay
 
@@ -25,6 +27,26 @@ class Echoes(NamedTuple):
     spread: float  # standard deviation [s]
     which: list[np.ndarray]  # of each train, bool
     share: float  # of the impacts that have one
+
+    def again(self, truth: Impacting, frequency: float, rng: np.random.Generator) -> Impacting:
+        """Simulated impacts, before any is missed, with echoes of as many and at that delay."""
+        owner = np.repeat(np.arange(len(truth.starts)), np.diff(truth.starts, append=len(truth.x)))
+        own = np.flatnonzero(rng.random(len(owner)) < self.share)
+        late = truth.x[own] + self.delay * frequency
+        order = np.lexsort((np.concatenate((truth.x, late)), np.concatenate((owner, owner[own]))))
+        every = np.concatenate((np.arange(len(owner)), own))[order]
+        return Impacting(
+            np.concatenate((truth.x, late))[order],
+            truth.approach[every],
+            np.searchsorted(owner[every], np.arange(len(truth.starts))),
+            truth.stop[every],
+        )
+
+    def taken_out(self, train: Train, frequency: float) -> Train:
+        """Trains less what passes for an echo in each."""
+        reach = FARTHEST * self.spread
+        which = [_which(one.x / frequency, self.delay, reach) for one in train.split()]
+        return without(train, np.concatenate(which))
 
     def cost(self, k: int, frequency: float) -> float:
         """Less the logarithm of the likelihood of those of a train, as `Joint.score` counts it."""
@@ -52,14 +74,13 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
     around = np.searchsorted(late, middle + wide) - np.searchsorted(late, middle - wide)
     usual = np.maximum((around - inside) * window / (2 * wide - window), 1.0)
     beyond = inside * np.log(inside / usual) - (inside - usual)
-    beyond[inside < usual] = 0.0
+    beyond[(inside < usual) | (late < window)] = 0.0  # nearer ones are impacts that chatter
     best = int(np.argmax(beyond))
     if beyond[best] < BEYOND or inside[best] < FEWEST * impacts:
         return None
     alike = late[best : best + inside[best]]
     delay = float(np.median(alike))
-    spread = 1.4826 * float(np.median(np.abs(alike - delay)))
-    spread = max(spread, 1e-4 * period)
+    spread = max(_spread(late, delay, window), 1e-4 * period)
     which = [
         _which(train.x / frequency, delay, FARTHEST * spread)
         for train, frequency in zip(trains, frequencies, strict=True)
@@ -67,6 +88,18 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
     found = sum(int(one.sum()) for one in which)
     share = min(max(found / max(impacts - found, 1), 1e-3), 1 - 1e-3)
     return Echoes(delay, spread, which, share)
+
+
+def _spread(late: np.ndarray, delay: float, window: float) -> float:
+    """Standard deviation of the delays about their median, which the window may not hold."""
+    reach, spread = window / 2, window
+    for _ in range(ROUNDS):
+        near = np.abs(late - delay)
+        before, spread = spread, 1.4826 * float(np.median(near[near <= reach]))
+        if abs(spread - before) < 0.02 * before:
+            break
+        reach = min(REACH * spread, WIDEST * window)
+    return spread
 
 
 def _which(time: np.ndarray, delay: float, reach: float) -> np.ndarray:
@@ -83,7 +116,8 @@ def _which(time: np.ndarray, delay: float, reach: float) -> np.ndarray:
 
 
 def without(train: Train, echo: np.ndarray) -> Train:
-    """A train less its echoes."""
+    """Trains less their echoes."""
     kept = ~echo
     stretch = np.concatenate(([0], np.cumsum(~train.joined)))
-    return Train(train.x[kept], None, np.diff(stretch[kept]) == 0)
+    left = np.concatenate(([0], np.cumsum(kept)))
+    return Train(train.x[kept], None, np.diff(stretch[kept]) == 0, left[train.starts])

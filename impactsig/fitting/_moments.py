@@ -65,7 +65,7 @@ class Moments(NamedTuple):
 
     @classmethod
     def of(cls, train: Train) -> Moments:
-        """Choose the moments that suit a train."""
+        """Choose the moments that suit one train, or several together."""
         partition = Partition.of(train)
         sifted = partition.sift(train)
         number = len(partition.classes)

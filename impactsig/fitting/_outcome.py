@@ -85,6 +85,7 @@ def outcome(
             estimate.psi, estimate.covariance, problem.box, problem.names,
             {"strength_noise": 0.0, "strength_floor": problem.floor} | problem.known, frequency,
             problem.periods, problem.share * len(problem.train.x), problem.beginnings,
+            problem.heard,
         ),
     )  # fmt: skip
 

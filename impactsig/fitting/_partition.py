@@ -79,8 +79,8 @@ class Partition(NamedTuple):
 
     @classmethod
     def of(cls, train: Train) -> Partition:
-        """Choose the partition that suits a train."""
-        phase = train.x - mean_phases(train)
+        """Choose the partition that suits one train, or several together."""
+        phase = train.x - mean_phases(train)[train.owner]
         counts = np.bincount(_bins(phase), minlength=PHASES)
         window = counts > max(3.0, THIN * counts.max())
         # What jitter carries beyond the edge belongs to the same cluster.
@@ -148,13 +148,9 @@ def _classes(interval: np.ndarray) -> np.ndarray:
     counts = np.bincount(number)
     filled = np.flatnonzero(counts > max(1.0, 0.03 * RARE * len(interval)))
     runs = np.split(filled, np.flatnonzero(np.diff(filled) > 1) + 1)
-    share = [counts[run].sum() / len(interval) for run in runs]
-    largest = np.sort(share)[-MOST_CLASSES:][0]
-    own = [
-        (run[0] * STEP, (run[-1] + 1) * STEP)
-        for run, part in zip(runs, share, strict=True)
-        if part > RARE and part >= largest
-    ]
+    share = np.array([counts[run].sum() / len(interval) for run in runs])
+    largest = np.sort(np.argsort(-share, kind="stable")[:MOST_CLASSES])
+    own = [(runs[k][0] * STEP, (runs[k][-1] + 1) * STEP) for k in largest if share[k] > RARE]
     if not own:
         own = [(0.0, float(interval.max()))]
     edges = []

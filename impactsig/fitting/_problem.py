@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ._balance import Courses, courses
+from ._echoes import Echoes
 from ._machine import CHAIN, EXTRA, PARAMETERS, Parameter
 from ._moments import FALSE, Moments
 from ._partition import Train
@@ -34,6 +35,7 @@ class Problem:
     beginnings: Beginnings = field(init=False)
     floor: float = 0.0  # of the strengths' noise, by their mean
     orbit: Callable[[Train], np.ndarray] | None = None
+    heard: Echoes | None = None  # that the train was rid of
     advance: Callable[[int], Any] = lambda trains: None  # is given how many trains were simulated
 
     def __post_init__(self) -> None:
@@ -80,8 +82,9 @@ class Problem:
         values = {n: np.broadcast_to(v, len(psi)) for n, v in self.values(psi).items()}
         impacts = self.share * len(self.train.x)
         return simulated(
-            values, self.forcing_frequency, self.periods, impacts, self.beginnings, self.rng
-        )
+            values, self.forcing_frequency, self.periods, impacts, self.beginnings, self.rng,
+            self.heard,
+        )  # fmt: skip
 
     def look(self, psi: np.ndarray) -> np.ndarray:
         """Differences of the moments of simulated trains from the measured ones.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..simulate.batches.trains import Impacting, impacts_of_many
+from ._echoes import Echoes
 from ._machine import oscillator
 from ._partition import Train
 
@@ -31,6 +32,7 @@ def simulated(
     impacts: float,
     beginnings: Beginnings,
     rng: np.random.Generator,
+    heard: Echoes | None = None,
 ) -> Train:
     """Trains of oscillators after the measuring chain, with noisy strengths.
 
@@ -45,6 +47,8 @@ def simulated(
         no chain could have left so few has an empty train.
     beginnings : Beginnings
     rng : Generator
+    heard : Echoes, optional
+        Impacts have such ones, and what passes for one is taken out of the train again.
     """
     n = len(values["restitution"])
     which = rng.integers(len(beginnings.phase), size=n)
@@ -57,7 +61,10 @@ def simulated(
         periods,
         int(LEAST_WORK + CROWDED * impacts),
     )
-    return chained(truth, periods, values, rng)
+    if heard is None:
+        return chained(truth, periods, values, rng)
+    train = chained(heard.again(truth, forcing_frequency, rng), periods, values, rng)
+    return heard.taken_out(train, forcing_frequency)
 
 
 def chained(

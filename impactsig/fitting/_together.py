@@ -143,7 +143,17 @@ def _round(
         len(own.x) * WORST if one is None else one.score
         for one, own in zip(orbits, seen, strict=True)
     )
-    return Joint(theta, seen, orbits, np.linalg.inv(_gathered(layout, laid)[1]), score)
+    return Joint(theta, seen, orbits, covariance_of(layout, laid), score)
+
+
+def covariance_of(layout: Layout, laid: list[Laid | None]) -> np.ndarray:
+    """What is not told of all that are sought, in no direction more than is known beforehand.
+
+    The information of a leg about parameters far from its own is not always positive.
+    """
+    size, vectors = np.linalg.eigh(_gathered(layout, laid)[1])
+    covariance: np.ndarray = vectors / np.maximum(size, WIDEST.max() ** -2.0) @ vectors.T
+    return covariance
 
 
 def _mean(layout: Layout, near: list[Joint]) -> Joint:
@@ -164,7 +174,7 @@ def _gathered(layout: Layout, laid: list[Laid | None]) -> tuple[np.ndarray, np.n
     """Gradient and information of all that are sought, with what is known beforehand."""
     gradient, total = np.zeros(len(layout.kinds)), np.diag(WIDEST[layout.kinds] ** -2.0)
     for k, one in enumerate(laid):
-        if one is not None:
+        if one is not None and math.isfinite(one.loss):  # else it has no information
             place = layout.of(k)
             gradient[place] += one.gradient[layout.sought]
             total[np.ix_(place, place)] += one.information[np.ix_(layout.sought, layout.sought)]

@@ -17,8 +17,8 @@ from ._asked import observed
 from ._balance import TURN
 from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
 from ._echoes import Echoes, echoes, without
+from ._exchanged import exchanged
 from ._followed import BEGUN, Followed, Seen
-from ._judging import JUDGED, LEAST_P, Judgement, judged
 from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train
 from ._narrow import Estimate
 from ._outcome import outcome
@@ -36,6 +36,8 @@ NEAR = 0.1
 and beyond which it is given up before its last rounds, beyond twice as much after the first."""
 NESTED = {"rigid", "soft"}  # one of which is a limit of the other
 LEAST_SECOND = 0.02  # share of the impacts on a second stop, below which it has none
+COUNTED = 10
+"""Simulated trains in which impacts are counted that pass for echoes."""
 SPEED = 0.3
 """Approach velocity where no orbit tells it."""
 
@@ -135,8 +137,10 @@ def fit_trains(
     if best.kind == "echo":
         assert heard is not None
         trains = [one[~echo] for one, echo in zip(trains, heard.which, strict=True)]
+    else:
+        heard = None
     runs = tuple(
-        _run(problem, impacts, k, best.layout, best.joint)
+        _run(problem, impacts, k, best.layout, best.joint, heard)
         for k, (problem, impacts) in enumerate(zip(best.problems, trains, strict=True))
     )
     odds = {
@@ -145,7 +149,7 @@ def fit_trains(
     }
     return machine_of_runs(
         runs, _shared(best.problems[0].free, asked.common), best.joint.covariance, periodic,
-        best.kind, odds, heard if best.kind == "echo" else None,
+        best.kind, odds, heard,
     )  # fmt: skip
 
 
@@ -285,7 +289,9 @@ def _box(problems: list[Problem]) -> tuple[np.ndarray, np.ndarray]:
     return low, high
 
 
-def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Joint) -> OscillatorFit:
+def _run(
+    problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Joint, heard: Echoes | None
+) -> OscillatorFit:
     """One train beside the oscillator that all share."""
     theta, seen = joint.theta[k], joint.seen[k]
     names, count = problem.free, len(seen.x)
@@ -293,18 +299,33 @@ def _run(problem: Problem, impacts: Impacts, k: int, layout: Layout, joint: Join
     scaled[PHASE - 1] += math.log(problem.forcing_frequency)
     orbit, jitter = joint.orbits[k], seen.chain.jitter
     missed, spurious = (0.0, 0.0) if orbit is None else orbit.shares
+    problem.beginnings = _states(orbit, seen, theta)
     own = [scaled[PLACES[name]] for name in names]
     psi = np.clip([*own, math.log(jitter), missed, spurious], *problem.box)
+    if heard is not None:
+        psi[-2:] = missed, spurious = _without_echoes(problem, heard, psi)
+        problem.heard = heard
     place = layout.of(k)[[list(layout.sought).index(PLACES[name]) for name in names]]
     variance = [1 / (2 * count), *(max(one, 1 / count) / count for one in (missed, spurious))]
     covariance = np.diag([*np.zeros(len(names)), *variance])
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
-    problem.beginnings = _states(orbit, seen, theta)
-    verdict = judged(problem, psi)
-    if verdict is None:
-        verdict = Judgement(math.inf, LEAST_P, np.zeros((3, problem.moments.shares)), JUDGED)
+    verdict = exchanged(problem, psi, covariance)
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
+
+
+def _without_echoes(problem: Problem, heard: Echoes, psi: np.ndarray) -> tuple[float, float]:
+    """Shares of missed and of false impacts, less those that taking echoes out has made.
+
+    An impact at an echo's distance from another is taken out too, and an echo is left whose own
+    impact was missed.
+    """
+    missed, spurious = psi[-2:]
+    train = problem.simulate(np.tile(psi, (COUNTED, 1)))
+    left = heard.taken_out(train, problem.forcing_frequency)
+    taken = 1 - len(left.x) / max(len(train.x), 1)
+    missed = max(missed - (1 - heard.share) * taken, 0.0)
+    return missed, max(spurious - heard.share * missed, 0.0)
 
 
 def _states(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:

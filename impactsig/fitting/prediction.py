@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .._showing import Shown, drawn_on_figure_by
+from ._echoes import Echoes
 from ._judging import p_value
 from ._machine import CHAIN, EXTRA, PARAMETERS
 from ._simulated import Beginnings, simulated
@@ -39,6 +40,7 @@ class Posterior(NamedTuple):
     periods: int
     impacts: float  # that the measured train has in as many periods
     beginnings: Beginnings
+    heard: Echoes | None = None  # that the measured train was rid of
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,8 +175,9 @@ def _drawn(
     free = {name: kinds[name].value(psi[:, k]) for k, name in enumerate(posterior.names)}
     values = {n: np.broadcast_to(v, trains) for n, v in (posterior.known | free).items()}
     found = simulated(
-        values, posterior.frequency, posterior.periods, posterior.impacts, posterior.beginnings, rng
-    )
+        values, posterior.frequency, posterior.periods, posterior.impacts, posterior.beginnings,
+        rng, posterior.heard,
+    )  # fmt: skip
     for one in found.split():
         time = one.x / posterior.frequency
         yield np.diff(time)[one.joined], _pairs(time, ~one.joined)

@@ -26,6 +26,7 @@ class Results:
         self.arrays: dict[str, np.ndarray] = {}
         self.errors: dict[int, str] = {}
         self.held: dict[int, tuple[Task, Outcome]] = {}
+        self.first = 0  # tile of which no layout is known
 
     def learn(self, trial: Outcome) -> None:
         """Fix the layout by the outcome of a first cell, if it succeeded."""
@@ -46,7 +47,8 @@ class Results:
                 self._keep(one, *self.held.pop(one), self.layout)
 
     def _find_layout(self) -> None:
-        for number in range(len(self.tiling)):
+        for number in range(self.first, len(self.tiling)):
+            self.first = number  # 1e5 tiles may fail before one that does not
             if number in self.done:
                 continue
             if number not in self.held:

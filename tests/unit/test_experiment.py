@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pickle
 import signal
@@ -18,6 +17,7 @@ import soundfile
 
 from impactsig import Experiment, InvalidInput, Rig, UnreadableFile, detect_impacts, read
 from impactsig.experiment import _reading
+from impactsig.experiment._kept import Kept
 
 RATE = 10_000
 RIG = Rig(
@@ -248,10 +248,31 @@ def test_a_folder_needs_a_rig_and_recordings(tmp_path):
         Experiment.read(tmp_path / "nowhere", RIG)
 
 
+def test_a_damaged_run_is_named_with_its_remedy(tmp_path):
+    record(tmp_path / "up" / "20.0Hz.wav", 20.0)
+    runs = Experiment.read(tmp_path, RIG, workers=1)
+    (path,) = runs.directory.glob("*/*.run")
+    whole = path.read_bytes()
+    for cut, asked in ((0, runs.to_frame), (10, runs.to_frame), (-3, lambda: runs.impacts(0))):
+        path.write_bytes(whole[:cut])
+        with pytest.raises(UnreadableFile, match=path.name) as caught:
+            asked()
+        assert "Remove it" in str(caught.value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of any bytes")
+def test_a_name_of_any_bytes_is_a_row(tmp_path):
+    record(tmp_path / "20.0Hz.wav", 20.0)
+    (tmp_path / "20.0Hz.wav").rename(tmp_path / os.fsdecode(b"\xff_up_20.0Hz.wav"))
+    runs = Experiment.read(tmp_path, Rig(channel=[{"number": 0, "sensor": "force"}]), workers=1)
+    assert runs.to_frame()["file"].tolist() == ["\\udcff_up_20.0Hz.wav"]
+
+
 @pytest.mark.slow
 def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
     """Twenty kills amid the work: every run is written once, as a single reading has it."""
-    for k in range(60):
+    count = 100  # more than are done before the last kill, on a machine under load too
+    for k in range(count):
         record(tmp_path / "up" / f"{20 + k / 10:.1f}Hz.wav", 20 + k / 10, seed=k)
     program = (
         "import sys; from tests.unit.test_experiment import RIG; from impactsig import Experiment;"
@@ -266,7 +287,7 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
         command = [sys.executable, "-c", program, str(tmp_path), str(kept)]
         run = subprocess.Popen(command, cwd=root, start_new_session=True)
         more = int(rng.integers(1, 4))  # runs that it may finish
-        while run.poll() is None and len(list(kept.glob("*/*.json"))) < len(seen) + more:
+        while run.poll() is None and len(list(kept.glob("*/*.run"))) < len(seen) + more:
             time.sleep(0.002)
         time.sleep(rng.uniform(0, 0.02))
         amid += run.poll() is None
@@ -276,16 +297,16 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
             os.killpg(run.pid, signal.SIGKILL)
         run.wait()
         time.sleep(0.5)
-        for path in kept.glob("*/*.json"):
-            json.loads(path.read_text())  # whole
+        for path in kept.glob("*/*.run"):
+            assert Kept(kept).read(path.stem)["impacts"] == len(Kept(kept).impacts(path.stem))
             stamp = path.stat().st_mtime_ns
             assert seen.setdefault(path, stamp) == stamp
     assert amid >= 15
-    assert len(seen) < 60
+    assert len(seen) < count
     whole = Experiment.read(tmp_path, RIG, workers=1, directory=tmp_path / "alone")
     last = Experiment.read(tmp_path, RIG, workers=1, directory=kept)
     assert last.to_frame().equals(whole.to_frame())
-    assert len(list(kept.glob("*/*.json"))) == 60
+    assert len(list(kept.glob("*/*.run"))) == count
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in seen.items())
 
 

@@ -319,6 +319,14 @@ def test_false_impacts_are_sifted_out_and_missed_ones_break_words():
     assert len(partition.words(sifted).code) == 396 - min(4, at)
 
 
+def test_of_many_classes_of_intervals_as_many_are_kept_as_words_can_hold():
+    # Six that are equally frequent: words of one interval tell nothing of the balance of three.
+    steps = np.tile([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 20)
+    partition = Partition.of(Train(np.cumsum(steps), None, np.ones(len(steps) - 1, bool)))
+    assert len(partition.classes) == 5
+    assert partition.length >= 2
+
+
 def test_no_word_reaches_across_a_gap():
     train = symbolic(np.random.default_rng(3).integers(1, 3, 400))
     joined = train.joined.copy()

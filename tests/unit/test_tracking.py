@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from impactsig.intervals.phases._drift import _second_differences, fit_drift
-from impactsig.intervals.phases._drift_kernels import solve
+from impactsig.intervals.phases._drift import fit_drift
+from impactsig.intervals.phases._drift_kernels import second_differences, solve
 from impactsig.intervals.phases._satellites import satellites
 from impactsig.intervals.phases._tracking_kernels import coherence, window_scores
 from impactsig.intervals.phases.tracking import (
@@ -98,9 +98,9 @@ def test_the_spline_solves_the_dense_equations():
     for k in range(3):
         bands[k, : count - k] = np.diagonal(basis.T @ basis, -k)
         dense = np.diagonal(bends.T @ bends, -k)
-        np.testing.assert_allclose(_second_differences(count)[k, : count - k], dense, atol=1e-12)
+        np.testing.assert_allclose(second_differences(count)[k, : count - k], dense, atol=1e-12)
     found, half, left = solve(
-        bands, _second_differences(count), basis.T @ y, y, place, 1 - (x - place), x - place, ratio
+        bands, second_differences(count), basis.T @ y, y, place, 1 - (x - place), x - place, ratio
     )
     knots = np.linalg.solve(whole, basis.T @ y)
     np.testing.assert_allclose(found, knots, rtol=1e-9)

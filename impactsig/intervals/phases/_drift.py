@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._drift_kernels import settle
+from ._drift_kernels import LEAST_SPAN, settle
 
 KNOTS = 4.0  # [cycles] from one knot to the next
 WANDERS = np.array([1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # of the rate, per square root of a cycle
@@ -38,21 +38,10 @@ def fit_drift(
     determinants become that of the normal equations of the line in units of dx, because det(DD') is
     that of the line over all knots.
     """
-    span = max(float(x[-1] - x[0]), 1e-9)
-    count = int(np.clip(np.ceil(span / KNOTS) + 1, 3, max(len(x), 3)))
+    span = max(float(x[-1] - x[0]), LEAST_SPAN)
+    count = int(min(max(np.ceil(span / KNOTS) + 1, 3), max(len(x), 3)))
     dx = span / (count - 1)
     at = x[0] + dx * np.arange(count)
-    place = np.clip(((x - x[0]) / dx).astype(np.intp), 0, count - 2)
-    right = (x - at[place]) / dx
-    left = 1 - right
-    gram = np.zeros((3, count))  # lower bands, as scipy.linalg has them
-    gram[0] = np.bincount(place, left * left, count) + np.bincount(place + 1, right * right, count)
-    gram[1] = np.bincount(place, left * right, count)
-    target = np.bincount(place, left * offset, count)
-    target += np.bincount(place + 1, right * offset, count)
-    bend = _second_differences(count)
-    spread = max(float(offset.std()), floor)
-    evidence, phases = np.empty(len(wanders) + 1), []
     since = (x - x[0]) / dx
     apart = since - since.mean()
     across = float(apart @ apart)
@@ -60,35 +49,24 @@ def fit_drift(
     level = float(offset.mean()) - slope * float(since.mean())
     left_over = float(np.sum((offset - level - slope * since) ** 2))
     half_log_det = 0.5 * np.log(max(len(x) * across, 1e-300))
+    evidence = np.empty(len(wanders) + 1)
     evidence[0] = _normal(len(x), left_over, floor) - half_log_det
-    phases.append(level + slope * np.arange(count))
-    for k, wander in enumerate(wanders, 1):
-        stiffness = 1 / (wander**2 * dx**3)
-        knots, half_log_det, left_over, ratio = settle(
-            gram, bend, target, offset, place, left, right, stiffness, spread, floor
-        )
-        evidence[k] = _normal(len(x), left_over, floor) - half_log_det
-        evidence[k] += 0.5 * (count - 2) * np.log(ratio)
-        phases.append(knots)
+    phase = level + slope * np.arange(count)
     log_odds = -np.inf
     if len(wanders):
+        spread = max(float(offset.std()), floor)
+        knots, told = settle(x, offset, count, 1 / (wanders**2 * dx**3), spread, floor)
+        for k, (half_log_det, left_over, ratio) in enumerate(told.tolist(), 1):
+            evidence[k] = _normal(len(x), left_over, floor) - half_log_det
+            evidence[k] += 0.5 * (count - 2) * np.log(ratio)
         log_odds = float(np.logaddexp.reduce(evidence[1:]) - np.log(len(wanders)) - evidence[0])
     best = int(np.argmax(evidence)) if log_odds > 0 else 0
-    return Drift(at, phases[best], float(evidence[best]), log_odds)
+    if best:
+        phase = knots[best - 1]
+    return Drift(at, phase, float(evidence[best]), log_odds)
 
 
 def _normal(count: int, left_over: float, floor: float) -> float:
     """Logarithm of the density of normal offsets, the line integrated over."""
     variance = max(left_over / count, floor**2)
     return -0.5 * (count - 2) * np.log(2 * np.pi * variance) - left_over / (2 * variance)
-
-
-def _second_differences(count: int) -> np.ndarray:
-    """Lower bands of D'D."""
-    bend = np.zeros((3, count))
-    for shift, factor in ((0, 1.0), (1, -2.0), (2, 1.0)):
-        bend[0, shift : count - 2 + shift] += factor**2
-    bend[1, : count - 2] += -2.0
-    bend[1, 1 : count - 1] += -2.0
-    bend[2, : count - 2] = 1.0
-    return bend

@@ -12,6 +12,7 @@ kernel = njit(nogil=True, error_model="numpy")
 
 ROUNDS = 3
 TRACE = 1e-15  # of the greatest diagonal element, added to all
+LEAST_SPAN = 1e-9  # [cycles] of all impacts
 
 
 @kernel
@@ -63,16 +64,51 @@ def solve(gram, bend, target, offset, place, left, right, ratio):
 
 
 @kernel
-def settle(gram, bend, target, offset, place, left, right, stiffness, spread, floor):
-    """Alternate noise level and knots: what `solve` returns, and the last ratio.
+def settle(x, offset, count, stiffness, spread, floor):
+    """Knots of every stiffness, with what `solve` returns beside them and the last ratio.
 
-    The ratio is noise^2 stiffness; the noise is at least `floor`, at first `spread`.
+    The ratio is noise^2 stiffness. Noise level and knots are found in turn; the noise is at least
+    `floor`, at first `spread`. Of `count` knots the first is at x[0] and the last at x[-1].
     """
-    noise = spread
-    for _ in range(ROUNDS):
-        ratio = noise**2 * stiffness
-        knots, half_log_det, squares = solve(gram, bend, target, offset, place, left, right, ratio)
-        before, noise = noise, max(math.sqrt(squares / len(offset)), floor)
-        if abs(noise - before) < 0.01 * before:
-            break
-    return knots, half_log_det, squares, ratio
+    dx = max(x[-1] - x[0], LEAST_SPAN) / (count - 1)
+    place, left, right = np.empty(len(x), np.int64), np.empty(len(x)), np.empty(len(x))
+    gram, target = np.zeros((3, count)), np.zeros(count)  # lower bands, as scipy.linalg has them
+    for k in range(len(x)):
+        since = (x[k] - x[0]) / dx
+        place[k] = min(max(np.int64(since), 0), count - 2)
+        right[k] = since - place[k]
+        left[k] = 1 - right[k]
+        gram[0, place[k]] += left[k] ** 2
+        gram[0, place[k] + 1] += right[k] ** 2
+        gram[1, place[k]] += left[k] * right[k]
+        target[place[k]] += left[k] * offset[k]
+        target[place[k] + 1] += right[k] * offset[k]
+    bend = second_differences(count)
+    knots, told = np.empty((len(stiffness), count)), np.empty((len(stiffness), 3))
+    for j in range(len(stiffness)):
+        noise = spread
+        for _ in range(ROUNDS):
+            ratio = noise**2 * stiffness[j]
+            found, half_log_det, squares = solve(
+                gram, bend, target, offset, place, left, right, ratio
+            )
+            before, noise = noise, max(math.sqrt(squares / len(offset)), floor)
+            if abs(noise - before) < 0.01 * before:
+                break
+        knots[j] = found
+        told[j, 0], told[j, 1], told[j, 2] = half_log_det, squares, ratio
+    return knots, told
+
+
+@kernel
+def second_differences(count):
+    """Lower bands of D'D."""
+    bend = np.zeros((3, count))
+    for k in range(count - 2):
+        bend[0, k] += 1.0
+        bend[0, k + 1] += 4.0
+        bend[0, k + 2] += 1.0
+        bend[1, k] -= 2.0
+        bend[1, k + 1] -= 2.0
+        bend[2, k] = 1.0
+    return bend

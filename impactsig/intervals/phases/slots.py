@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +53,9 @@ def fit_slots(
     `least` that share of the instants when it is due.
     """
     n = len(cycles)
-    span = float(cycles[-1] - cycles[0] - np.diff(gaps, axis=1).sum())
+    span = float(cycles[-1] - cycles[0])
+    if len(gaps):
+        span -= float(np.sum(gaps[:, 1] - gaps[:, 0]))
     width = recurrence_jitter(cycles, fold, floor, widest)
     thin = n // ENOUGH + 1  # every so many of the sorted phases have the heaps of all
     phase = np.sort(cycles % fold)[::thin].copy()
@@ -64,11 +67,12 @@ def fit_slots(
         none, empty = np.zeros(0, np.int64), np.zeros(n)
         score = poisson_score(n, span)
         return SlotFit(fold, cycles, centre, 0.0, none, none, n, 1.0, score, none, empty, empty > 0)
-    total, others = int(hits.sum()), n - int(hits.sum())
+    total, instants = int(hits.sum()), max(int(due.sum()), 1)
+    others = n - total
     jitter = _rms(offset[hit])
     sigma = max(jitter, floor)
     score = -total * (np.log(sigma * np.sqrt(2 * np.pi)) + 0.5 * (jitter / sigma) ** 2)
-    score += _xlogy(total, total / due.sum()) + _xlogy(due.sum() - total, 1 - total / due.sum())
+    score += _xlogy(total, total / instants) + _xlogy(instants - total, 1 - total / instants)
     score += _xlogy(others, others / span) - others
     score -= (2 * len(centre) + 1.5) * np.log(n)
     score -= 0.5 * total * (floor / sigma) ** 2 * (1 - 1 / len(centre))
@@ -79,7 +83,7 @@ def fit_slots(
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    return math.sqrt(float(values @ values) / len(values)) if len(values) else 0.0
 
 
 def bunching_chance(
