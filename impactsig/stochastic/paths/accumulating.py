@@ -52,7 +52,7 @@ def forces(law, x, out):
 def potential_at(u, law, x):
     """Potential energy per mass, 0 at x = 0."""
     energy = (0.5 * u.kappa * x - u.constant) * x
-    if u.width == 0.0:
+    if u.width == 0.0 or not math.isfinite(x):  # what has run away has no place in the table
         return energy
     last = len(u.value) - 1
     place = (x - u.start) / u.width
