@@ -269,7 +269,7 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
     if not covariance[0] > 0.0:
         return 1.0 if white else of_white
     total = -covariance[0] * of_white
-    for lag, value in enumerate(covariance):
+    for lag, value in enumerate(covariance[: len(weights)]):
         total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
