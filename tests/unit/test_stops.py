@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -123,3 +125,20 @@ def test_refusals_and_few():
     two = Recording(np.zeros((100, 2)), 22_050.0, channels=("a", "b"), units=("", ""))
     with pytest.raises(InvalidInput, match="one of 0: 'a'"):
         separate_stops(two, truth)
+
+
+def test_samples_that_are_missing_or_of_any_size_do_not_hinder():
+    truth, record = heard(10, apart=0.2, noise=0.01, count=100)
+    impacts = Impacts(truth.time + 1 / 343)
+    whole = separate_stops(record, impacts)
+    for scale in (1e-160, 1e300):
+        found = separate_stops(replace(record, samples=scale * record.samples), impacts)
+        assert found.distance == pytest.approx(whole.distance, rel=1e-9)
+    x = record.samples.copy()
+    x[5000:9000], x[-100:] = np.nan, np.inf
+    found = separate_stops(replace(record, samples=x), impacts)
+    assert np.mean(found.impacts.stop_index == whole.impacts.stop_index) >= 0.95
+    silent = separate_stops(replace(record, samples=np.full(len(x), np.nan)), impacts)
+    assert silent.reason == "the recording is silent at the impacts"
+    with pytest.raises(InvalidInput, match="2000 Hz"):
+        separate_stops(replace(record, rate=500.0), impacts)
