@@ -14,11 +14,13 @@ from benchmarks import sound_errors
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound, scale_at, shifted, sound_lengths
+from impactsig.detect.sound.timing import alike
 from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,
     TAPS,
     fit_shift,
     likeliest,
+    mean_wave,
     shift_wave,
 )
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
@@ -174,6 +176,19 @@ def test_sounds_shorter_than_the_noise_before_them_are_timed(rate):
     assert np.std(late) < 10e-6  # of a sample of 181 us and more
 
 
+@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-90, 1e90])
+def test_fourth_powers_that_are_no_numbers_change_nothing(size):
+    time, strength, phases = train(60, 1)
+    x = record(22_050, time, strength, [phases] * 60)
+    x[30_000:50_000:5000] += 3.0  # clicks
+    found, other = detect(x, 22_050), detect(size * x, 22_050)
+    np.testing.assert_allclose(other.time, found.time, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(other.time_error, found.time_error, rtol=1e-6)
+    np.testing.assert_allclose(other.peak / size, found.peak, rtol=1e-9)
+    assert other.noise / size == pytest.approx(found.noise, rel=1e-9)
+    assert other.notes == found.notes
+
+
 def test_few_impacts_make_no_waveform():
     time, strength, phases = train(7, 4)
     assert detect(record(22_050, time, strength, [phases] * 7), 22_050).alike == 0.0
@@ -265,6 +280,32 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
         parts.add(part, np.ones(len(part)))
     np.testing.assert_array_equal(whole.timing(), parts.timing())
     assert np.isfinite(whole.timing()).all()
+
+
+def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
+    """Most begin late, the two that the wave is first learned from at once and early."""
+    rate, read = 22_050.0, []
+    lengths = sound_lengths(rate, scale_at(rate))
+    late = np.full(100, 2.2e-3 * rate)
+    strength = np.linspace(2.0, 1.0, 100)
+    late[0], late[7] = 0.0, -2.2e-3 * rate
+    since = (np.arange(lengths.length) - lengths.before - late[:, None]) / rate
+    sounds = strength[:, None] * ring(since, (0.3, 1.9, 4.0))
+    sounds += 1e-3 * np.random.default_rng(0).standard_normal(sounds.shape)
+
+    def reading(sounds, shift, factor, start, wave):
+        first = np.floor(start + shift) + 1 - TAPS
+        read.append((first.min(), first.max() + len(wave) + 2 * TAPS - 1))
+        return mean_wave(sounds, shift, factor, start, wave)
+
+    monkeypatch.setattr(alike, "mean_wave", reading)
+    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay.add(sounds, np.full(100, 0.3))
+    shift = overlay.timing()[0]
+    np.testing.assert_allclose(shift[1:7] - shift[0], late[1:7], atol=0.2)
+    assert len(read) == 4
+    assert min(first for first, _ in read) >= 0
+    assert max(last for _, last in read) <= lengths.length
 
 
 def test_instants_are_never_put_out_of_order():

@@ -70,6 +70,7 @@ CORE = 64 * BLOCK  # frames of a window
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it
+FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 PULSES = 10  # of a voice that a note is worth
 
 
@@ -123,18 +124,44 @@ def detect_sound(
     """
     parse_probability(least_probability)
     scale = scale_at(rate)
-    found, clicks = search(pieces, rate, scale, least_probability)
+    gathered = surveyed(pieces, rate, scale)
+    power = math.frexp(gathered.limits.size)[1]
+    if abs(power) > FAR_FROM_1:
+        found = detect_sound(
+            lambda: scaled(pieces(), -power), rate, least_probability=least_probability
+        )
+        sizes = (np.ldexp(v, power) for v in (found.peak, found.threshold, found.noise))
+        peak, threshold, noise = sizes
+        return found._replace(peak=peak, threshold=float(threshold), noise=float(noise))
+    found, clicks = search(gathered, pieces, rate, scale, least_probability)
     if not clicks:
         return found
     places, values = repairs(windows(pieces(), CORE * scale.hop), rate)
-    found, more = search(lambda: repaired(pieces(), places, values), rate, scale, least_probability)
+
+    def mended() -> Iterable[Piece]:
+        return repaired(pieces(), places, values)
+
+    gathered = surveyed(mended, rate, scale)
+    found, more = search(gathered, mended, rate, scale, least_probability)
     return found._replace(notes=(*found.notes, *click_notes(len(places) + more)))
 
 
-def search(
-    pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale, least_probability: float
-) -> tuple[SoundImpacts, int]:
-    """The impacts but for clicks of single samples, and the number of these."""
+def scaled(pieces: Iterable[Piece], power: int) -> Iterable[Piece]:
+    """The pieces of a record times a power of 2."""
+    for first, samples in pieces:
+        yield Piece(first, np.ldexp(samples, power))
+
+
+class Surveyed(NamedTuple):
+    """The evidence for impacts, the limits of the samples, and their number."""
+
+    survey: Survey
+    limits: Limits
+    samples: int
+
+
+def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
+    """Go through the record for the first time."""
     survey = Survey(scale, rate)
     samples, limits = 0, Limits()
     for window in windows(pieces(), CORE * scale.hop):
@@ -143,6 +170,18 @@ def search(
         refuse_huge(limits.least, limits.greatest)
         survey.add(window, max(-low, high))
     survey.finish()
+    return Surveyed(survey, limits, samples)
+
+
+def search(
+    gathered: Surveyed,
+    pieces: Callable[[], Iterable[Piece]],
+    rate: float,
+    scale: Scale,
+    least_probability: float,
+) -> tuple[SoundImpacts, int]:
+    """The impacts but for clicks of single samples, and the number of these."""
+    survey, limits, samples = gathered
     lowest, highest = limits.least, limits.greatest
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"

@@ -214,7 +214,9 @@ class Overlay:
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
-                mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
+                move = shift - latency
+                near = np.abs(move) <= lengths.far  # no more of a sound is kept
+                mean_wave(sounds[alike][near], move[near], factor[near], part.start, wave)
         gain, colour = self._gain(shifts, sounds[alike])
         halves = np.empty((2, ROWS, lengths.size))
         for half, rows in enumerate(halves):
