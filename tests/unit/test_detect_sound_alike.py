@@ -13,7 +13,13 @@ from scipy.optimize import minimize_scalar
 from benchmarks import sound_errors
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound.sound import detect_sound, scale_at, shifted, sound_lengths
+from impactsig.detect.sound.sound import (
+    detect_sound,
+    distinct,
+    scale_at,
+    shifted,
+    sound_lengths,
+)
 from impactsig.detect.sound.timing import alike
 from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,
@@ -311,3 +317,13 @@ def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
 def test_instants_are_never_put_out_of_order():
     instant = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 12.5, 20.75])
+
+
+def test_of_two_impacts_at_one_instant_the_likelier_counts():
+    """Attacks of which only narrow bands tell may be the same, or come in reverse: no end before."""
+    attack = np.array([10.5, 10.5, 14.5, 13.5, 20.5])
+    instant = shifted(attack, np.array([0.25, 0.25, np.nan, 0.25, 0.25]))
+    np.testing.assert_array_equal(instant, [10.5, 10.5, 14.5, 13.5, 20.75])
+    likely = np.array([0.6, 0.8, 0.9, 0.7, 0.5])
+    np.testing.assert_array_equal(distinct(instant, likely), [1, 3, 2, 4])
+    assert len(distinct(np.empty(0), np.empty(0))) == 0

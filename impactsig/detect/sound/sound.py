@@ -239,7 +239,8 @@ def search(
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
         )
-    kept = ~clicks
+    kept = distinct(instant, likely)
+    kept = kept[~clicks[kept]]
     found_impacts = SoundImpacts(
         instant[kept] / rate,
         columns[kept, 1],
@@ -247,7 +248,7 @@ def search(
         (CLIPPED * columns[kept, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        float(alike[kept].mean()) if kept.any() else 0.0,
+        float(alike[kept].mean()) if len(kept) else 0.0,
         reason,
         (
             *(converter_notes(survey) or limits.notes()),
@@ -269,10 +270,19 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
     known = np.isfinite(shift)
     while True:
         instant = np.where(known, attack + shift, attack)
-        crossed = np.flatnonzero(np.diff(instant) <= 0)
+        crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
         if not len(crossed):
             return instant
         known[crossed] = known[crossed + 1] = False
+
+
+def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
+    """Indices of impacts in order of time; of those at one instant, the likeliest.
+
+    Two rises that only narrow bands tell of may have one attack, or theirs in reverse.
+    """
+    order = np.lexsort((-likely, instant))
+    return np.asarray(order[np.diff(instant[order], prepend=-np.inf) > 0])
 
 
 def attack_errors(columns: np.ndarray) -> np.ndarray:
