@@ -320,7 +320,7 @@ def test_instants_are_never_put_out_of_order():
 
 
 def test_of_two_impacts_at_one_instant_the_likelier_counts():
-    """Attacks of which only narrow bands tell may be the same, or come in reverse: no end before."""
+    """Attacks of which only narrow bands tell may be the same, or come in reverse."""
     attack = np.array([10.5, 10.5, 14.5, 13.5, 20.5])
     instant = shifted(attack, np.array([0.25, 0.25, np.nan, 0.25, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 10.5, 14.5, 13.5, 20.75])
