@@ -52,7 +52,8 @@ from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
 from ._doubt import Doubt
-from ._kernels import BLOCK, GROUP, Scale, measure
+from ._kernels import BLOCK, Scale, measure
+from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
 from ._survey import Survey
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
@@ -68,10 +69,7 @@ BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 CORE = 64 * BLOCK  # frames of a window
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
-GATED = 0.05  # share of digital silence that a note is worth
-STRETCHES = 3  # of it
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
-PULSES = 10  # of a voice that a note is worth
 
 
 class SoundImpacts(NamedTuple):
@@ -369,60 +367,6 @@ def greatest_rise(
     rise = (sums[half:] + least) / (sums[:-half] + least)
     split = low + int(np.argmax(rise[: high - low]))
     return split - split % scale.hop
-
-
-def converter_notes(survey: Survey) -> tuple[str, ...]:
-    """A note if the converter does not resolve the noise."""
-    if not survey.unresolved:
-        return ()
-    return (
-        "The noise is weaker than a step of the converter, so sounds of less than a step are "
-        "lost, and fade-outs click: record with a higher gain or more bits.",
-    )
-
-
-def click_notes(count: int) -> tuple[str, ...]:
-    """A note if clicks were left out."""
-    return (
-        f"{count} single samples stand out, as a loose cable or a lost word leaves them, and are "
-        "not counted as impacts.",
-    )
-
-
-def voice_notes(pulses: int) -> tuple[str, ...]:
-    """A sentence where rises were left out because they come as the pulses of a voice do."""
-    if pulses < PULSES:
-        return ()
-    return (
-        f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
-        "and are not counted as impacts.",
-    )
-
-
-def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
-    """A sentence where more rises are left out than found because they come too densely."""
-    if crowded <= max(PULSES, found):
-        return ()
-    return (
-        f"{crowded} sudden rises, 30 a second and more, are left out, since rattling may make as "
-        "many: if they are impacts, a lower least_probability finds them.",
-    )
-
-
-def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
-    """A note if much of the record is repeated digital silence."""
-    if survey.unresolved:
-        return ()
-    silent = [np.concatenate(passage.silent) for passage in survey.passages]
-    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
-    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
-    if share < GATED or stretches < STRETCHES:
-        return ()
-    return (
-        f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "
-        "or a codec leaves it: impacts softer than its threshold are lost, and the noise is read "
-        "from what it let through.",
-    )
 
 
 def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:
