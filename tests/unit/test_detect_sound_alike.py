@@ -288,6 +288,21 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
     assert np.isfinite(whole.timing()).all()
 
 
+def test_sounds_whose_squares_are_hardly_numbers_are_laid_over_others():
+    lengths = sound_lengths(22_050.0, scale_at(22_050.0))
+    since = (np.arange(lengths.length) - lengths.before) / 22_050.0
+    rng = np.random.default_rng(0)
+    wave = np.exp(-np.maximum(since, 0.0) / 2e-3) * (since >= 0.0)
+    sounds = wave * rng.standard_normal(lengths.length) + np.zeros((200, 1))
+    sounds += 0.01 * rng.standard_normal(sounds.shape)
+    sounds[1::2] *= np.logspace(-150, -165, 100)[:, None]
+    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay.add(sounds, np.full(200, 0.3))
+    shift = overlay.timing()[0]
+    np.testing.assert_allclose(shift[::2], 0.0, atol=0.05)
+    assert np.nanmax(np.abs(shift[1::2])) < 1.0
+
+
 def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
     """Most begin late, the two that the wave is first learned from at once and early."""
     rate, read = 22_050.0, []
