@@ -155,10 +155,10 @@ def log_probability(projection, gram, energy, error, prior):
 def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
     """Most probable whole sample near the guess at which each sound starts.
 
-    -1 where the sound does not hold all that a fit from there needs, or is nothing beside noise. beyond[i]: what starts more
-    than `near` samples away from there add to the variance. `lead` is how many samples of
-    a fit lie before its origin, `grid` the basis and Gram elements at shifts of whole samples,
-    `floor` the noise of a sample and the part of s that the model's errors make.
+    -1 where the sound does not hold all that a fit from there needs, or is nothing beside noise.
+    beyond[i]: what starts more than `near` samples away from there add to the variance. `lead` is
+    how many samples of a fit lie before its origin, `grid` the basis and Gram elements at shifts of
+    whole samples, `floor` the noise of a sample and the part of s that the model's errors make.
     """
     basis, gram = grid
     reach, size = len(basis) // 2, basis.shape[2]
