@@ -17,6 +17,7 @@ import numpy as np
 
 from .._arguments import instance
 from .._showing import Shown
+from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording, chosen_channel
 
@@ -24,6 +25,8 @@ LONGEST = 8e-3
 """Of a sound that is looked at [s]."""
 LOWEST = 300.0
 """Of the bands [Hz]."""
+SLOWEST = 2000.0
+"""Rate that leaves bands to compare [Hz]."""
 PER_OCTAVE = 6
 COMPONENTS = 3
 FLOOR = 2.0
@@ -90,7 +93,8 @@ def separate_stops(
     Raises
     ------
     InvalidInput
-        If an argument is of another kind, or no channel is chosen among several.
+        If an argument is of another kind, no channel is chosen among several, or the rate is below
+        2 kHz.
 
     See Also
     --------
@@ -98,7 +102,8 @@ def separate_stops(
 
     Notes
     -----
-    A kind that makes up fewer than one in twenty of the impacts is not found.
+    A kind that makes up fewer than one in twenty of the impacts is not found. Missing samples are
+    taken for silence.
 
     Examples
     --------
@@ -117,6 +122,8 @@ def separate_stops(
     instance("recording", recording, Recording, "a Recording", "impactsig.read makes one")
     instance("impacts", impacts, Impacts, "Impacts")
     one = chosen_channel(recording, channel)
+    if one.rate < SLOWEST:
+        raise InvalidInput("recording", one.rate, f"a rate of {SLOWEST:g} Hz or more")
     if len(impacts) < FEWEST:
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"
         return StopSeparation(_unknown(impacts), None, 0.0, reason)
@@ -152,7 +159,7 @@ def _unknown(impacts: Impacts) -> Impacts:
 
 def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
     """Log power in each band minus its mean, shape (impacts, bands)."""
-    x, rate = np.asarray(recording.samples, float), recording.rate
+    x, rate = _finite_samples(recording.samples), recording.rate
     count = max(int(LONGEST * rate), 8)
     size = 1 << math.ceil(math.log2(2 * count))
     highest = 0.95 * rate / 2
@@ -179,6 +186,18 @@ def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
         return np.zeros((len(heard), 2))
     logs = np.log(heard[:, known] + FLOOR * noise[known] + 1e-12 * heard[:, known].mean())
     return logs - logs.mean(axis=1, keepdims=True)
+
+
+def _finite_samples(samples: np.ndarray) -> np.ndarray:
+    """Samples scaled by a power of 2 to about 1; missing ones take the mean of the others."""
+    x = np.array(samples, float)
+    known = np.isfinite(x)
+    greatest = np.abs(x[known]).max(initial=0.0)
+    if greatest == 0.0:
+        return np.zeros(len(x))
+    x = np.ldexp(x, -math.frexp(greatest)[1])
+    x[~known] = x[known].mean()
+    return x
 
 
 def _two_clusters(places: np.ndarray) -> tuple[np.ndarray, float]:

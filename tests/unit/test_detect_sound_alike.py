@@ -13,12 +13,20 @@ from scipy.optimize import minimize_scalar
 from benchmarks import sound_errors
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound.sound import detect_sound, scale_at, shifted, sound_lengths
+from impactsig.detect.sound.sound import (
+    detect_sound,
+    distinct,
+    scale_at,
+    shifted,
+    sound_lengths,
+)
+from impactsig.detect.sound.timing import alike
 from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,
     TAPS,
     fit_shift,
     likeliest,
+    mean_wave,
     shift_wave,
 )
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
@@ -159,6 +167,34 @@ def test_neither_division_into_blocks_nor_unit_matters():
     np.testing.assert_array_equal(detect(-(2.0**-9) * x, rate).time, whole.time)
 
 
+@pytest.mark.parametrize("rate", [4000, 4400, 5512])
+def test_sounds_shorter_than_the_noise_before_them_are_timed(rate):
+    rng = np.random.default_rng(3)
+    time = 0.1 + np.cumsum(0.08 + rng.uniform(0, 0.03, 60))
+    x = NOISE * rng.standard_normal(round((time[-1] + 0.1) * rate))
+    for start in time:
+        index = int(start * rate) + np.arange(round(0.06 * rate))
+        since = np.maximum(index / rate - start, 0.0)
+        x[index] += np.exp(-since / 5e-3) * np.sin(2 * np.pi * 600.0 * since)
+    found = detect(x, rate)
+    assert found.alike == 1.0
+    late = found.time - time
+    assert np.std(late) < 10e-6  # of a sample of 181 us and more
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-90, 1e90])
+def test_fourth_powers_that_are_no_numbers_change_nothing(size):
+    time, strength, phases = train(60, 1)
+    x = record(22_050, time, strength, [phases] * 60)
+    x[30_000:50_000:5000] += 3.0  # clicks
+    found, other = detect(x, 22_050), detect(size * x, 22_050)
+    np.testing.assert_allclose(other.time, found.time, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(other.time_error, found.time_error, rtol=1e-6)
+    np.testing.assert_allclose(other.peak / size, found.peak, rtol=1e-9)
+    assert other.noise / size == pytest.approx(found.noise, rel=1e-9)
+    assert other.notes == found.notes
+
+
 def test_few_impacts_make_no_waveform():
     time, strength, phases = train(7, 4)
     assert detect(record(22_050, time, strength, [phases] * 7), 22_050).alike == 0.0
@@ -252,6 +288,57 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
     assert np.isfinite(whole.timing()).all()
 
 
+def test_sounds_whose_squares_are_hardly_numbers_are_laid_over_others():
+    lengths = sound_lengths(22_050.0, scale_at(22_050.0))
+    since = (np.arange(lengths.length) - lengths.before) / 22_050.0
+    rng = np.random.default_rng(0)
+    wave = np.exp(-np.maximum(since, 0.0) / 2e-3) * (since >= 0.0)
+    sounds = wave * rng.standard_normal(lengths.length) + np.zeros((200, 1))
+    sounds += 0.01 * rng.standard_normal(sounds.shape)
+    sounds[1::2] *= np.logspace(-150, -165, 100)[:, None]
+    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay.add(sounds, np.full(200, 0.3))
+    shift = overlay.timing()[0]
+    np.testing.assert_allclose(shift[::2], 0.0, atol=0.05)
+    assert np.nanmax(np.abs(shift[1::2])) < 1.0
+
+
+def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
+    """Most begin late, the two that the wave is first learned from at once and early."""
+    rate, read = 22_050.0, []
+    lengths = sound_lengths(rate, scale_at(rate))
+    late = np.full(100, 2.2e-3 * rate)
+    strength = np.linspace(2.0, 1.0, 100)
+    late[0], late[7] = 0.0, -2.2e-3 * rate
+    since = (np.arange(lengths.length) - lengths.before - late[:, None]) / rate
+    sounds = strength[:, None] * ring(since, (0.3, 1.9, 4.0))
+    sounds += 1e-3 * np.random.default_rng(0).standard_normal(sounds.shape)
+
+    def reading(sounds, shift, factor, start, wave):
+        first = np.floor(start + shift) + 1 - TAPS
+        read.append((first.min(), first.max() + len(wave) + 2 * TAPS - 1))
+        return mean_wave(sounds, shift, factor, start, wave)
+
+    monkeypatch.setattr(alike, "mean_wave", reading)
+    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay.add(sounds, np.full(100, 0.3))
+    shift = overlay.timing()[0]
+    np.testing.assert_allclose(shift[1:7] - shift[0], late[1:7], atol=0.2)
+    assert len(read) == 4
+    assert min(first for first, _ in read) >= 0
+    assert max(last for _, last in read) <= lengths.length
+
+
 def test_instants_are_never_put_out_of_order():
     instant = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 12.5, 20.75])
+
+
+def test_of_two_impacts_at_one_instant_the_likelier_counts():
+    """Attacks of which only narrow bands tell may be the same, or come in reverse."""
+    attack = np.array([10.5, 10.5, 14.5, 13.5, 20.5])
+    instant = shifted(attack, np.array([0.25, 0.25, np.nan, 0.25, 0.25]))
+    np.testing.assert_array_equal(instant, [10.5, 10.5, 14.5, 13.5, 20.75])
+    likely = np.array([0.6, 0.8, 0.9, 0.7, 0.5])
+    np.testing.assert_array_equal(distinct(instant, likely), [1, 3, 2, 4])
+    assert len(distinct(np.empty(0), np.empty(0))) == 0

@@ -230,6 +230,11 @@ def test_the_shift_of_a_sound_without_noise_is_recovered(response):
         # Between two shifts of the model it interpolates.
         assert np.abs(fits[:, 0] - 40.0 - shifts / PARTS).max() < 0.6 / PARTS
         assert (np.abs(fits[:, 2]) < 1e-9).all()
+    model.noise = 1.0  # beside which half of them are nothing
+    sounds[::2] *= 1e-158
+    fits = model.fit(1e3 * sounds, np.full(20, 40.0))
+    assert np.isnan(fits[::2]).all()
+    assert np.isfinite(fits[1::2]).all()
 
 
 def test_exponents_are_those_of_the_sounds():

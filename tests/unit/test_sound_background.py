@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._band_kernels import background, group_means
+from impactsig.detect.sound._band_kernels import RANGE, background, group_means
 from impactsig.detect.sound._bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound._floor import noise_power, quantile_bias
 
@@ -82,6 +82,17 @@ def test_background_is_40_db_below_the_strongest_nearby():
     assert np.all(out[0, 10:31] == 2e-4)
     assert np.all(out[0, :10] == 1e-6)
     assert np.all(out[0, 31:] == 1e-6)
+
+
+@pytest.mark.parametrize(("first", "nearby"), [(0, 21), (37, 21), (60, 21), (5, 0), (50, 200)])
+def test_background_follows_the_strongest_nearby_wherever_it_is_asked_for(first, nearby):
+    rng = np.random.default_rng(0)
+    means = rng.exponential(1.0, (5, 100)) * rng.choice([1.0, 1e6], (5, 100))
+    noise, out = rng.exponential(1.0, 5), np.empty((5, 40))
+    background(noise, means, first, nearby, out)
+    for g in range(40):
+        near = means[:, max(first + g - nearby, 0) : first + g + nearby + 1]
+        np.testing.assert_array_equal(out[:, g], np.maximum(noise, RANGE * near.max(axis=1)))
 
 
 def test_means_are_of_what_is_heard_or_of_all():

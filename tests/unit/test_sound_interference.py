@@ -10,7 +10,7 @@ from benchmarks.recordings import score
 from benchmarks.sound_timing import pink
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._band_kernels import band_growth
-from impactsig.detect.sound._kernels import as_high_near
+from impactsig.detect.sound._nearby import number_as_high
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050
@@ -137,10 +137,11 @@ def test_others_as_high_are_counted():
     rng = np.random.default_rng(0)
     place = np.sort(rng.choice(500, 60, replace=False))
     height = rng.exponential(1.0, 60)
-    out = np.empty(60, np.int64)
-    as_high_near(place, height, 40.0, 0.4, out)
-    near = (np.abs(place[:, None] - place) <= 40) & (height > 0.4 * height[:, None])
-    np.testing.assert_array_equal(out, near.sum(axis=1) - 1)
+    near = np.abs(place[:, None] - place) <= 40
+    for asked in (np.arange(60), np.array([3, 17, 59]), np.empty(0, int)):
+        higher = near[asked] & (height > 0.4 * height[asked, None])
+        found = number_as_high(place, height, asked, 40.9, 0.4)
+        np.testing.assert_array_equal(found, higher.sum(axis=1) - 1)
 
 
 def test_an_impact_that_a_click_hides_is_found():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -131,3 +133,20 @@ def test_impacts_far_outside_of_the_recording_are_of_no_known_stop():
     found = separate_stops(Recording(noise, 22_050.0), Impacts.from_times(1e150 * np.arange(1, 40)))
     assert found.impacts.stop_index is None
     assert found.reason
+
+
+def test_samples_that_are_missing_or_of_any_size_do_not_hinder():
+    truth, record = heard(10, apart=0.2, noise=0.01, count=100)
+    impacts = Impacts(truth.time + 1 / 343)
+    whole = separate_stops(record, impacts)
+    for scale in (1e-160, 1e300):
+        found = separate_stops(replace(record, samples=scale * record.samples), impacts)
+        assert found.distance == pytest.approx(whole.distance, rel=1e-9)
+    x = record.samples.copy()
+    x[5000:9000], x[-100:] = np.nan, np.inf
+    found = separate_stops(replace(record, samples=x), impacts)
+    assert np.mean(found.impacts.stop_index == whole.impacts.stop_index) >= 0.95
+    silent = separate_stops(replace(record, samples=np.full(len(x), np.nan)), impacts)
+    assert silent.reason == "the recording is silent at the impacts"
+    with pytest.raises(InvalidInput, match="2000 Hz"):
+        separate_stops(replace(record, rate=500.0), impacts)

@@ -81,18 +81,28 @@ def band_growth(power, lag, later, background, per, frames, out):
 
 @njit(nogil=True)
 def background(noise, means, first, nearby, out):
-    """Background of band b in group first + g, from the means of neighbouring groups."""
+    """Background of band b in group first + g, from the means of neighbouring groups.
+
+    The greatest of 2, 4, 8 groups are made one of the other, and the last two cover all nearby.
+    """
+    groups, width = out.shape[1], 2 * nearby + 1
+    begin, end = max(first - nearby, 0), min(first + groups + nearby, means.shape[1])
+    begins, ends = begin - first + nearby, end - first + nearby
+    near, wider = np.zeros(groups + width - 1), np.zeros(groups + width - 1)
     for b in range(out.shape[0]):
-        at, strongest, seen = -1, 0.0, 0
-        for g in range(out.shape[1]):
-            begin = max(first + g - nearby, 0)
-            end = min(first + g + nearby + 1, means.shape[1])
-            if at < begin:  # the strongest is no longer near: look for it anew
-                strongest, seen = 0.0, begin
-            for k in range(seen, end):
-                if means[b, k] >= strongest:
-                    at, strongest = k, means[b, k]
-            seen = end
+        near[:begins] = 0.0
+        near[begins:ends] = means[b, begin:end]
+        near[ends:] = 0.0
+        within = 1
+        while 2 * within <= width:
+            ahead = near[within:]
+            for k in range(len(ahead)):
+                wider[k] = near[k] if near[k] > ahead[k] else ahead[k]
+            near, wider = wider, near
+            within *= 2
+        ahead = near[width - within :]
+        for g in range(groups):
+            strongest = near[g] if near[g] > ahead[g] else ahead[g]
             out[b, g] = max(noise[b], RANGE * strongest)
 
 

@@ -40,6 +40,11 @@ class Limits:
         return least, greatest
 
     @property
+    def size(self) -> float:
+        """Greatest magnitude; 0 if there are no samples."""
+        return max(-self.least, self.greatest, 0.0) if self.seen else 0.0
+
+    @property
     def share(self) -> float:
         """Share of the samples that lie at the limits."""
         limits = ((self.least, self.at_least), (self.greatest, self.at_greatest))

@@ -17,8 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import as_high_near
-from ._nearby import greatest_near
+from ._nearby import greatest_near, number_as_high
 
 WITHIN, MANY = 1.0, 30.0  # [s], crests a second
 AS_HIGH, LESS = 0.4, 0.13  # shares of the height
@@ -39,14 +38,14 @@ def dense_odds(
     audible : float
         Rise that noise reaches once in an hour.
     """
-    counts = np.empty((2, len(place)), np.int64)
-    for share, count in zip((AS_HIGH, LESS), counts, strict=True):
-        as_high_near(place, height, WITHIN / seconds, share, count)
-    high, lower = counts
-    least = OF_GREATEST * greatest_near(place, height, WITHIN / seconds)
-    dense = np.flatnonzero((high >= 2.0 * WITHIN * MANY) & (height >= least))
+    reach = WITHIN / seconds
+    asked = np.flatnonzero(height >= OF_GREATEST * greatest_near(place, height, reach))
+    high = number_as_high(place, height, asked, reach, AS_HIGH)
+    many = high >= 2.0 * WITHIN * MANY
+    dense, high = asked[many], high[many]
+    lower = number_as_high(place, height, dense, reach, LESS)
     odds, alike = np.full(len(place), -np.inf), np.zeros(len(place), bool)
-    by_heights = ODDS - BETWEEN_SLOPE * (lower[dense] / high[dense] - 1.0)
+    by_heights = ODDS - BETWEEN_SLOPE * (lower / high - 1.0)
     rise = np.maximum(clear[dense], height[dense] / TAILS)
     odds[dense] = np.minimum(by_heights, HEIGHT_SLOPE * np.log(rise / (LEAST * audible)))
     alike[dense] = (by_heights > 0.0) & (height[dense] > audible)

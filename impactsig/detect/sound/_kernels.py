@@ -23,6 +23,7 @@ ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what i
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
+TOGETHER = 512  # frames whose sums stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
@@ -86,20 +87,23 @@ def halve(x, high, low):
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over `forward` frames from each frame on, and over `past` before it."""
     weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
-    after[:] = 0.0
-    before[:] = 0.0
     for b in range(power.shape[0]):
-        # Frame by frame in the inner loop: it runs in vector lanes.
-        for k in range(scale.forward):
-            row = power[b, first + k : first + k + count]
-            for j in range(count):
-                after[b, j] += weights[k] * row[j]
-        for k in range(1, scale.past + 1):
-            row = power[b, first - k : first - k + count]
-            for j in range(count):
-                before[b, j] += row[j]
-        for j in range(count):
-            before[b, j] /= scale.past
+        for begin in range(0, count, TOGETHER):
+            size, at = min(TOGETHER, count - begin), first + begin
+            later, earlier = after[b, begin : begin + size], before[b, begin : begin + size]
+            later[:] = 0.0
+            earlier[:] = 0.0
+            # Frame by frame in the inner loop: it runs in vector lanes.
+            for k in range(scale.forward):
+                row = power[b, at + k : at + k + size]
+                for j in range(size):
+                    later[j] += weights[k] * row[j]
+            for k in range(1, scale.past + 1):
+                row = power[b, at - k : at - k + size]
+                for j in range(size):
+                    earlier[j] += row[j]
+            for j in range(size):
+                earlier[j] /= scale.past
 
 
 @njit(nogil=True)
@@ -193,18 +197,15 @@ def greatest_but(values, first, last, rank, out):
 
 
 @njit(nogil=True)
-def as_high_near(place, height, reach, share, out):
-    """out[k]: how many others at most `reach` from place[k] are higher than share * height[k]."""
-    first = 0
-    for k in range(len(place)):
-        while place[k] - place[first] > reach:
-            first += 1
-        out[k] = 0
-        i = first
-        while i < len(place) and place[i] - place[k] <= reach:
-            if i != k and height[i] > share * height[k]:
-                out[k] += 1
-            i += 1
+def as_high_near(height, asked, first, last, share, out):
+    """out[k]: how many others of height[first[k] : last[k]] exceed share * height[asked[k]]."""
+    for k in range(len(asked)):
+        own = height[asked[k]]
+        level, near = share * own, height[first[k] : last[k]]
+        count = 0
+        for i in range(len(near)):  # without a branch: it runs in vector lanes
+            count += near[i] > level
+        out[k] = count - (own > level)
 
 
 @njit(nogil=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP, greatest_but
+from ._kernels import GROUP, as_high_near, greatest_but
 
 CRESTS = 40.0  # a second, that only rattling makes
 
@@ -37,6 +37,18 @@ def crowd(
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
     greatest_but(height, first, last, np.maximum(rank, 1), found)
     return found
+
+
+def number_as_high(
+    place: np.ndarray, height: np.ndarray, asked: np.ndarray, reach: float, share: float
+) -> np.ndarray:
+    """How many others at most `reach` from each place asked for are higher than a share of it."""
+    whole = int(reach)
+    first = np.searchsorted(place, place[asked] - whole)
+    last = np.searchsorted(place, place[asked] + whole, side="right")
+    count = np.empty(len(asked), np.int64)
+    as_high_near(height, asked, first, last, share, count)
+    return count
 
 
 def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:

@@ -227,16 +227,14 @@ class Survey:
     def _settle(self) -> None:
         """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
-        begin, end = self.done, self.done + 1
-        while begin > 0 and sum(s.blocks for s in self.slabs[begin : self.done]) < self.within:
+        begin, end, at, later = self.done, self.done + 1, 0, 0
+        while begin > 0 and at < self.within:
             begin -= 1
-        while (
-            end < len(self.slabs)
-            and sum(s.blocks for s in self.slabs[self.done + 1 : end]) < self.within
-        ):
+            at += self.slabs[begin].blocks
+        while end < len(self.slabs) and later < self.within:
+            later += self.slabs[end].blocks
             end += 1
         beside = self.slabs[begin:end]
-        at = sum(s.blocks for s in self.slabs[begin : self.done])
         octaves, bands = self._backgrounds(beside, at, slab.blocks)
         if self.sides.shape[2] != slab.frames:
             self.sides = np.empty((2, self.scale.octaves, slab.frames))

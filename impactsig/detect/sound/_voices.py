@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP, as_high_near
-from ._nearby import heard_share
+from ._kernels import GROUP
+from ._nearby import heard_share, number_as_high
 
 WITHIN, AS_HIGH, MANY = 50e-3, 0.4, 5  # [s], share of the height, and number of crests
 ALWAYS, STEADY = 1.0, 0.7  # [s], and share of the time that such crests fill if they are steady
@@ -45,20 +45,22 @@ def pulse_odds(
     silent : ndarray of bool
         GROUPs of frames that are digital silence.
     """
-    counts, times = [], []
-    for within in (WITHIN, ALWAYS):
-        reach, end = within / seconds, GROUP * len(silent)
-        count = np.empty(len(place), np.int64)
-        as_high_near(place, height, reach, AS_HIGH, count)
-        counts.append(count)
-        times.append(np.minimum(place + reach, end) - np.maximum(place - reach, 0.0))
-    which = np.flatnonzero(asked & (counts[0] >= MANY))
-    heard = heard_share(silent, place[which], ALWAYS, seconds)
-    here, around = (
-        (count + 1.0)[which] / time[which] for count, time in zip(counts, times, strict=True)
-    )
-    which = which[around < STEADY * heard * here]
-    least = OF_ODDS * odds[which] - OF_NUMBER * counts[0][which] + OFFSET
+    which = np.flatnonzero(asked)
+    number = number_as_high(place, height, which, WITHIN / seconds, AS_HIGH)
+    which, number = which[number >= MANY], number[number >= MANY]
+    near, end = place[which], GROUP * len(silent)
+    rates = []
+    for within, count in (
+        (WITHIN, number),
+        (ALWAYS, number_as_high(place, height, which, ALWAYS / seconds, AS_HIGH)),
+    ):
+        reach = within / seconds
+        time = np.minimum(near + reach, end) - np.maximum(near - reach, 0.0)
+        rates.append((count + 1.0) / time)
+    here, around = rates
+    crowd = around < STEADY * heard_share(silent, near, ALWAYS, seconds) * here
+    which, number = which[crowd], number[crowd]
+    least = OF_ODDS * odds[which] - OF_NUMBER * number + OFFSET
     least += OF_BANDS * np.log(np.maximum(bands[which], LEAST_BANDS))
     out = odds.copy()
     out[which] = np.minimum(odds[which], least)

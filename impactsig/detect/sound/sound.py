@@ -52,7 +52,8 @@ from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
 from ._doubt import Doubt
-from ._kernels import BLOCK, GROUP, Scale, measure
+from ._kernels import BLOCK, Scale, measure
+from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
 from ._survey import Survey
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
@@ -68,9 +69,7 @@ BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 CORE = 64 * BLOCK  # frames of a window
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
-GATED = 0.05  # share of digital silence that a note is worth
-STRETCHES = 3  # of it
-PULSES = 10  # of a voice that a note is worth
+FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
 class SoundImpacts(NamedTuple):
@@ -123,18 +122,44 @@ def detect_sound(
     """
     parse_probability(least_probability)
     scale = scale_at(rate)
-    found, clicks = search(pieces, rate, scale, least_probability)
+    gathered = surveyed(pieces, rate, scale)
+    power = math.frexp(gathered.limits.size)[1]
+    if abs(power) > FAR_FROM_1:
+        found = detect_sound(
+            lambda: scaled(pieces(), -power), rate, least_probability=least_probability
+        )
+        sizes = (np.ldexp(v, power) for v in (found.peak, found.threshold, found.noise))
+        peak, threshold, noise = sizes
+        return found._replace(peak=peak, threshold=float(threshold), noise=float(noise))
+    found, clicks = search(gathered, pieces, rate, scale, least_probability)
     if not clicks:
         return found
     places, values = repairs(windows(pieces(), CORE * scale.hop), rate)
-    found, more = search(lambda: repaired(pieces(), places, values), rate, scale, least_probability)
+
+    def mended() -> Iterable[Piece]:
+        return repaired(pieces(), places, values)
+
+    gathered = surveyed(mended, rate, scale)
+    found, more = search(gathered, mended, rate, scale, least_probability)
     return found._replace(notes=(*found.notes, *click_notes(len(places) + more)))
 
 
-def search(
-    pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale, least_probability: float
-) -> tuple[SoundImpacts, int]:
-    """The impacts but for clicks of single samples, and the number of these."""
+def scaled(pieces: Iterable[Piece], power: int) -> Iterable[Piece]:
+    """The pieces of a record times a power of 2."""
+    for first, samples in pieces:
+        yield Piece(first, np.ldexp(samples, power))
+
+
+class Surveyed(NamedTuple):
+    """The evidence for impacts, the limits of the samples, and their number."""
+
+    survey: Survey
+    limits: Limits
+    samples: int
+
+
+def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
+    """Go through the record for the first time."""
     survey = Survey(scale, rate)
     samples, limits = 0, Limits()
     for window in windows(pieces(), CORE * scale.hop):
@@ -143,6 +168,18 @@ def search(
         refuse_huge(limits.least, limits.greatest)
         survey.add(window, max(-low, high))
     survey.finish()
+    return Surveyed(survey, limits, samples)
+
+
+def search(
+    gathered: Surveyed,
+    pieces: Callable[[], Iterable[Piece]],
+    rate: float,
+    scale: Scale,
+    least_probability: float,
+) -> tuple[SoundImpacts, int]:
+    """The impacts but for clicks of single samples, and the number of these."""
+    survey, limits, samples = gathered
     lowest, highest = limits.least, limits.greatest
     if not samples or lowest == highest:
         reason = "the record is constant" if samples else "the record has no valid sample"
@@ -200,7 +237,8 @@ def search(
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
         )
-    kept = ~clicks
+    kept = distinct(instant, likely)
+    kept = kept[~clicks[kept]]
     found_impacts = SoundImpacts(
         instant[kept] / rate,
         columns[kept, 1],
@@ -208,7 +246,7 @@ def search(
         (CLIPPED * columns[kept, 2]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        float(alike[kept].mean()) if kept.any() else 0.0,
+        float(alike[kept].mean()) if len(kept) else 0.0,
         reason,
         (
             *(converter_notes(survey) or limits.notes()),
@@ -230,10 +268,19 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
     known = np.isfinite(shift)
     while True:
         instant = np.where(known, attack + shift, attack)
-        crossed = np.flatnonzero(np.diff(instant) <= 0)
+        crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
         if not len(crossed):
             return instant
         known[crossed] = known[crossed + 1] = False
+
+
+def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
+    """Indices of impacts in order of time; of those at one instant, the likeliest.
+
+    Two rises that only narrow bands tell of may have one attack, or theirs in reverse.
+    """
+    order = np.lexsort((-likely, instant))
+    return np.asarray(order[np.diff(instant[order], prepend=-np.inf) > 0])
 
 
 def attack_errors(columns: np.ndarray) -> np.ndarray:
@@ -320,60 +367,6 @@ def greatest_rise(
     rise = (sums[half:] + least) / (sums[:-half] + least)
     split = low + int(np.argmax(rise[: high - low]))
     return split - split % scale.hop
-
-
-def converter_notes(survey: Survey) -> tuple[str, ...]:
-    """A note if the converter does not resolve the noise."""
-    if not survey.unresolved:
-        return ()
-    return (
-        "The noise is weaker than a step of the converter, so sounds of less than a step are "
-        "lost, and fade-outs click: record with a higher gain or more bits.",
-    )
-
-
-def click_notes(count: int) -> tuple[str, ...]:
-    """A note if clicks were left out."""
-    return (
-        f"{count} single samples stand out, as a loose cable or a lost word leaves them, and are "
-        "not counted as impacts.",
-    )
-
-
-def voice_notes(pulses: int) -> tuple[str, ...]:
-    """A sentence where rises were left out because they come as the pulses of a voice do."""
-    if pulses < PULSES:
-        return ()
-    return (
-        f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
-        "and are not counted as impacts.",
-    )
-
-
-def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
-    """A sentence where more rises are left out than found because they come too densely."""
-    if crowded <= max(PULSES, found):
-        return ()
-    return (
-        f"{crowded} sudden rises, 30 a second and more, are left out, since rattling may make as "
-        "many: if they are impacts, a lower least_probability finds them.",
-    )
-
-
-def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
-    """A note if much of the record is repeated digital silence."""
-    if survey.unresolved:
-        return ()
-    silent = [np.concatenate(passage.silent) for passage in survey.passages]
-    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
-    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
-    if share < GATED or stretches < STRETCHES:
-        return ()
-    return (
-        f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "
-        "or a codec leaves it: impacts softer than its threshold are lost, and the noise is read "
-        "from what it let through.",
-    )
 
 
 def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:

@@ -132,7 +132,7 @@ def fit_shift(y, first, far, shift, shifts, weight):
             return np.nan, factor, left, own
         factor, q = (yt * ss - ys * ts) / det, (ys * tt - yt * ts) / det
         left = max(own - factor * yt - q * ys, 0.0)
-        if not abs(q) < factor:
+        if not (abs(q) < factor and factor * factor > 0.0):
             return np.nan, factor, left, own
         shift = lag + (j - ROWS // 2) / SHIFTS + q / factor
     return shift, factor, left, own
@@ -209,8 +209,8 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
         if not (np.isfinite(shift) and left <= clear * own):
             start = coarse_shift(y, first, far, stride, weighted)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-            if np.isfinite(shift) and left > 0.0:
-                power = UNSURE * colour * energy * left / total
+            power = UNSURE * colour * energy * left / total
+            if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
                 start, beyond = likeliest(y, first, far, stride, weighted, power, place, spread)
                 if abs(start - shift) > 1.0:

@@ -25,6 +25,7 @@ NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
+NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
 
 
 @njit(nogil=True)
@@ -154,10 +155,10 @@ def log_probability(projection, gram, energy, error, prior):
 def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
     """Most probable whole sample near the guess at which each sound starts.
 
-    -1 where the sound does not hold all that a fit from there needs. beyond[i]: what starts more
-    than `near` samples away from there add to the variance. `lead` is how many samples of
-    a fit lie before its origin, `grid` the basis and Gram elements at shifts of whole samples,
-    `floor` the noise of a sample and the part of s that the model's errors make.
+    -1 where the sound does not hold all that a fit from there needs, or is nothing beside noise.
+    beyond[i]: what starts more than `near` samples away from there add to the variance. `lead` is
+    how many samples of a fit lie before its origin, `grid` the basis and Gram elements at shifts of
+    whole samples, `floor` the noise of a sample and the part of s that the model's errors make.
     """
     basis, gram = grid
     reach, size = len(basis) // 2, basis.shape[2]
@@ -173,7 +174,7 @@ def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
         energy = 0.0
         for k in range(first, first + size):
             energy += sounds[i, k] * sounds[i, k]
-        if energy == 0.0:
+        if energy <= NOTHING * floor[0]:
             continue
         error = floor[0] / energy + floor[1]
         best = 0

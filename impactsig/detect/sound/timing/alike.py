@@ -214,7 +214,9 @@ class Overlay:
                 return None
             if turn < PASSES - 1:
                 # It is to begin where attacks do, not where that of its leader was taken to be.
-                mean_wave(sounds[alike], shift - latency, factor, part.start, wave)
+                move = shift - latency
+                near = np.abs(move) <= lengths.far  # no more of a sound is kept
+                mean_wave(sounds[alike][near], move[near], factor[near], part.start, wave)
         gain, colour = self._gain(shifts, sounds[alike])
         halves = np.empty((2, ROWS, lengths.size))
         for half, rows in enumerate(halves):
@@ -269,7 +271,7 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
     if not covariance[0] > 0.0:
         return 1.0 if white else of_white
     total = -covariance[0] * of_white
-    for lag, value in enumerate(covariance):
+    for lag, value in enumerate(covariance[: len(weights)]):
         total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
