@@ -157,8 +157,7 @@ def _calling_own_copies() -> Iterator[None]:
     finish = CPUCodeLibrary._finalize_final_module
 
     def finished(library: CPUCodeLibrary) -> None:
-        shared = library._shared_module
-        if shared is None:  # not read from the cache
+        if library._shared_module is None:  # compiled just now; what others link stays weak
             library._finalized = True
             library._get_module_for_linking()
             library._finalized = False

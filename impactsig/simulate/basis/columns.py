@@ -193,6 +193,7 @@ def check_finite(name: str, values: np.ndarray, machines: np.ndarray) -> None:
 
 
 def _forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None) -> Forcing:
+    """The same, with whatever numbers come of it."""
     form, base = columns.form, columns.base
     frequencies = [force[FREQUENCY] for force in columns.forces]
     if form.base is not None:
