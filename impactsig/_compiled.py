@@ -31,6 +31,7 @@ from llvmlite import binding
 from numba.core import config, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
+from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types import unliteral  # type: ignore[attr-defined]
 
@@ -90,7 +91,7 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     caches: list[_Cache | None] = []
 
     def compile_in_turn(*arguments: Any) -> Any:
-        with global_compiler_lock, _without_collections():
+        with global_compiler_lock, _without_collections(), _calling_own_copies():
             if not caches:
                 _read_array_functions()
                 caches.append(_cache_of(function))
@@ -143,6 +144,33 @@ def _without_collections() -> Iterator[None]:
     finally:
         if were_made:
             gc.enable()
+
+
+@contextlib.contextmanager
+def _calling_own_copies() -> Iterator[None]:
+    """Compile kernels so that each calls the copies of other functions that it was compiled with.
+
+    numba makes copies weak: whichever of one name is loaded first is called. Copies that were
+    optimised with other callers may sum in other lanes, so that results would depend in their last
+    digits on what a process has compiled or called before.
+    """
+    finish = CPUCodeLibrary._finalize_final_module
+
+    def finished(library: CPUCodeLibrary) -> None:
+        if library._shared_module is None:  # compiled just now; what others link stays weak
+            library._finalized = True
+            library._get_module_for_linking()
+            library._finalized = False
+            for function in library._final_module.functions:
+                if function.linkage.name.startswith("linkonce"):
+                    function.linkage = "internal"
+        finish(library)
+
+    CPUCodeLibrary._finalize_final_module = finished
+    try:
+        yield
+    finally:
+        CPUCodeLibrary._finalize_final_module = finish
 
 
 def _without_values(dispatcher: Any) -> None:

@@ -210,9 +210,10 @@ def suspicious(columns: Oscillator) -> int | None:
         for near, far in ((a, b), (b, a)):
             if isinstance(near.law, Rigid):
                 wrong = wrong | (sign * np.asarray(near.position) < sign * far.position)
-    natural = columns.stiffness / columns.mass
     for frequency in columns.angular_frequencies:
-        square = np.square(frequency)
-        loss = columns.damping / (columns.mass * frequency)
-        wrong = wrong | (np.hypot((natural - square) / square, loss) < 2e-6)
+        with np.errstate(over="ignore"):  # far from resonance
+            natural = np.divide(columns.stiffness, columns.mass)
+            detuning = natural / frequency / frequency - 1.0
+            loss = np.divide(columns.damping, columns.mass) / frequency
+            wrong = wrong | (np.hypot(detuning, loss) < 2e-6)
     return int(np.argmax(wrong)) if np.any(wrong) else None

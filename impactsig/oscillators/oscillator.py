@@ -144,8 +144,9 @@ class Oscillator:
         natural = self.stiffness / self.mass
         for frequency in self.angular_frequencies:
             # The forced response grows as 1 / |difference|, and digits are lost in that measure.
-            detuning = abs(natural - frequency**2) / frequency**2
-            loss = self.damping / (self.mass * frequency)
+            # Divided twice, as the square of a frequency may be beyond what a float holds.
+            detuning = abs(natural / frequency / frequency - 1.0)
+            loss = self.damping / self.mass / frequency
             if math.hypot(detuning, loss) < 1e-6:
                 raise InvalidInput(
                     "damping",

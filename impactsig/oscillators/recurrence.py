@@ -35,8 +35,11 @@ def recurrence(frequencies: tuple[float, ...], law: Law | None, size: float) -> 
     first = frequencies[0]
     periods = 1
     for frequency in frequencies[1:]:
-        ratio = Fraction(frequency / first).limit_denominator(LARGEST)
-        if abs(frequency / first - float(ratio)) > ROUNDING * frequency / first:
+        quotient = frequency / first
+        if not 0.0 < quotient < math.inf:  # too far apart for a float
+            return Recurrence(first, False)
+        ratio = Fraction(quotient).limit_denominator(LARGEST)
+        if abs(quotient - float(ratio)) > ROUNDING * quotient:
             return Recurrence(first, False)
         periods = math.lcm(periods, ratio.denominator)
     if law is None:

@@ -272,3 +272,46 @@ def test_exponents_of_a_batch_are_those_of_each(batch):
         assert found.error[k] == pytest.approx(alone.error, rel=1e-9, nan_ok=True)
         for name in ("expected_sum", "collapses", "impacts", "grazings", "status"):
             assert getattr(found, name)[k] == getattr(alone, name), name
+
+
+FAR = {
+    "a frequency whose square is 0": {"forces": (Force(1.0, 1e-300),)},
+    "a frequency whose square is no float": {"forces": (Force(1.0, 1e200),)},
+    "forces that no float holds": {"forces": (Force(1e200, 1e-60),)},
+    "a damping whose square is no float": {"forces": (Force(1.0, 1.0),), "damping": 1e200},
+}
+
+
+@pytest.mark.parametrize("name", FAR)
+@pytest.mark.filterwarnings("error")
+def test_numbers_that_no_float_holds_are_refused_not_moved(name):
+    machine = Oscillator(stiffness=2.0, stops=(Stop(1.0, Rigid(0.5)),), **FAR[name])
+    near = Oscillator(stiffness=2.0, stops=(Stop(1.0, Rigid(0.5)),), forces=(Force(1.0, 1.0),))
+    with pytest.raises(InvalidInput, match="is not finite"):
+        simulate(machine, periods=2)
+    with pytest.raises(InvalidInput, match=r"oscillator 1, .* is not finite"):
+        simulate_many([near, machine], periods=2)
+
+
+@pytest.mark.parametrize("law", [Rigid(0.5), Hertz(1e4)])
+@pytest.mark.parametrize("fast", [1e12, 1e308])
+@pytest.mark.filterwarnings("error")
+def test_forcing_of_endless_turns_is_refused(fast, law):
+    """Not searched for impacts turn by turn, for ever."""
+    forces = Force(1.0, 0.5), Force(0.3, fast)
+    machine = Oscillator(damping=0.1, forces=forces, stops=(Stop(1.0, law),))
+    with pytest.raises(InvalidInput, match=r"frequencies \S+ to 1|is not finite"):
+        simulate(machine, periods=2)
+
+
+def test_frequencies_whose_ratio_no_float_holds_have_no_common_period():
+    assert not Oscillator(damping=0.1, forces=(Force(1.0, 0.1), Force(1.0, 1e308))).forcing_recurs
+    assert not Oscillator(damping=0.1, forces=(Force(1.0, 1e308), Force(1.0, 0.1))).forcing_recurs
+
+
+@pytest.mark.parametrize("gamma", [1e-300, 1e200])
+@pytest.mark.filterwarnings("error")
+def test_a_batch_is_compared_with_resonance_at_any_frequency(gamma):
+    batch = scenes.begley_virgin(np.array([1.0, gamma]), 1.6, 0.0)
+    with pytest.raises(InvalidInput, match=r"oscillator 1, .* is not finite"):
+        simulate_many(batch, periods=2)

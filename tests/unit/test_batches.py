@@ -89,11 +89,7 @@ def test_impacts_are_those_of_each_file(workers, rig):
     assert isinstance(found.errors[rig[3]], UnreadableFile)
     for path, impacts in found.impacts.items():
         alone = detect_impacts(read(path, sensor="force"), polarity="positive")
-        # Another process reads kernels from the cache. Those that were just compiled may differ in
-        # the last digits: sums of some run in lanes.
-        pd.testing.assert_frame_equal(
-            impacts.to_frame(), alone.to_frame(), check_exact=workers == 1, rtol=1e-9, atol=1e-15
-        )
+        pd.testing.assert_frame_equal(impacts.to_frame(), alone.to_frame(), check_exact=True)
         assert len(impacts) == 12
 
 

@@ -8,6 +8,7 @@ import os
 import pickle
 import resource
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -134,6 +135,38 @@ def test_a_kernel_is_compiled_with_one_that_was_read(package, run):
     (package / "outer.py").write_text(OUTER.format(folder="").replace("+ 1", "+ 100"))
     assert run(package) == (110, 0, [])
     assert run(package) == (110, 1, [])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads object code of Linux")
+def test_a_kernel_calls_the_copies_it_was_compiled_with(package, run):
+    """A weak copy gives way to one of its name that was loaded before, and may sum otherwise."""
+    steps = "\n    ".join(f"x = x * x - {k}.5 if x < {k} else 1 / (x + {k})" for k in range(60))
+    inner = INNER.format(factor=2).replace("return", f"{steps}\n    return")
+    (package / "inner.py").write_text(inner)
+    (package / "outer.py").write_text(OUTER.format(folder="").replace("+ 1", "+ inner(x + 1)"))
+    run(package)
+    (kept,) = package.rglob("outer.outer-*.nbc")
+    _, elf = kept.read_bytes().split(b"\x7fELF", 1)
+    copies = {name: bound for name, bound in symbols(b"\x7fELF" + elf) if "inner" in name}
+    assert copies
+    assert set(copies.values()) == {LOCAL}
+
+
+LOCAL, FUNCTION, SYMBOLS = 0, 2, 2
+
+
+def symbols(elf):
+    """Names and bindings of the functions that an object file defines."""
+    headers, count = struct.unpack_from("<Q12xH", elf, 40)
+    tables = [struct.unpack_from("<IIQQQQIIQQ", elf, headers + 64 * k) for k in range(count)]
+    for _, kind, _, _, begin, size, link, *_ in tables:
+        if kind != SYMBOLS:
+            continue
+        for entry in range(begin, begin + size, 24):
+            name, info, _, section = struct.unpack_from("<IBBH", elf, entry)
+            if info & 15 == FUNCTION and section:
+                start = tables[link][4] + name
+                yield elf[start : elf.index(0, start)].decode(), info >> 4
 
 
 def test_functions_of_one_name_are_kept_apart(package, run):

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import InvalidInput
 from ...oscillators import KelvinVoigt, Oscillator, Rigid
 from ...oscillators.recurrence import LARGEST, ROUNDING
 from .laws import PUSHER, SPRING
@@ -19,6 +20,7 @@ from .stops import kind_of, restitution_of
 
 MASS, DAMPING, STIFFNESS, LOAD, KINETIC, STATIC, TIME_UNIT = range(7)
 FIRST = 7  # row of the first force
+APART = 1e9  # times as fast as the reference a forcing may be: motions are followed in its turns
 AMPLITUDE, FREQUENCY, PHASE = range(3)  # of a force and of the base
 POSITION, SPRING_RATE, DAMPER, RESTITUTION = range(4)  # of a stop
 
@@ -148,7 +150,50 @@ def forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None
     Parts of one frequency are one component; the reference is component 0, whether it is driven
     or not. Its frequency, and whether the forcing recurs, follow from the forces and the base
     unless they are given, as for a law with a period of its own.
+
+    Raises
+    ------
+    InvalidInput
+        If a force by the inertia is no float, or the frequencies are too far apart.
     """
+    with np.errstate(all="ignore"):
+        found = _forcing_of(columns, reference)
+    machines = np.arange(columns.n)
+    inertia = np.where(found.inertia > 0, found.inertia, np.inf)[:, None]
+    for name, values in (("inertia", inertia), ("force", found.cosine.T), ("force", found.sine.T)):
+        check_finite(name, values, machines)
+    apart = ~(found.ratio <= APART).all(axis=0)
+    if apart.any():
+        raise InvalidInput(
+            "oscillator",
+            f"oscillator {machines[apart][0]}, forced at frequencies {found.ratio.max():.2g} to 1",
+            f"frequencies at most {APART:g} to 1",
+            "Leave out the forcing that the mass cannot follow",
+        )
+    return found
+
+
+def check_finite(name: str, values: np.ndarray, machines: np.ndarray) -> None:
+    """Refuse machines with numbers, one row each, that no float holds.
+
+    Raises
+    ------
+    InvalidInput
+        If there is one.
+    """
+    beyond = ~np.isfinite(values).all(axis=1)
+    if beyond.any():
+        raise InvalidInput(
+            "oscillator",
+            f"oscillator {machines[beyond][0]}, whose {name} is not finite",
+            "mass, stiffness, damping, frequencies and forces that a float holds when divided by "
+            "each other",
+            "Choose units in which they are nearer to 1",
+        )
+
+
+def _forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None) -> Forcing:
+    """The same, with whatever numbers come of it."""
     form, base = columns.form, columns.base
     frequencies = [force[FREQUENCY] for force in columns.forces]
     if form.base is not None:

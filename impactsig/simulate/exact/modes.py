@@ -15,6 +15,7 @@ from ..basis.columns import (
     SPRING_RATE,
     Columns,
     Forcing,
+    check_finite,
     chosen,
     columns_of,
     components,
@@ -95,7 +96,8 @@ def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
     Raises
     ------
     InvalidInput
-        If numba cannot compile a restitution that is a function.
+        If numba cannot compile a restitution that is a function, or a machine's numbers are too
+        far apart.
     """
     forcing = forcing_of(columns)
     laws = laws_of(columns.form)
@@ -105,9 +107,24 @@ def stacks(columns: Columns, chatter: float, skip: bool) -> list[Stack]:
         if len(which) < columns.n:
             mine, waves = chosen(columns, which), driven(forcing, which)
         plan = layout(structure(mine))
-        problem = _problem(mine, waves, plan, chatter, skip)
+        with np.errstate(all="ignore"):
+            problem = _problem(mine, waves, plan, chatter, skip)
+        _check_range(which, problem)
         found.append(Stack(which, mine, waves, plan, problem, laws))
     return found
+
+
+def _check_range(which: np.ndarray, problem: Problem) -> None:
+    """Refuse machines whose tables have numbers that no float holds.
+
+    Raises
+    ------
+    InvalidInput
+        If there is one.
+    """
+    for name, table in problem._asdict().items():
+        if name not in SHARED and name != "restitution":  # which is NaN for a function
+            check_finite(name, table.reshape(len(which), -1), which)
 
 
 def _problem(
@@ -166,9 +183,8 @@ def _problem(
                 pull[:, c] *= ratio[:, c]
 
     ways = position[:, plan.stop] - origin[:, :, None]
-    with np.errstate(invalid="ignore", divide="ignore"):  # a rigid stop has no lag
-        lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)
-        rest = np.where(kappa >= 1, constant / kappa, 0.0)
+    lag = np.where(spring > 0, damper * omega[:, None] / spring, 0.0)  # a rigid stop has none
+    rest = np.where(kappa >= 1, constant / kappa, 0.0)
     beta = plan.lag * lag[:, plan.stop] + plan.halt
     beyond = plan.meanings[:, :, 2]
     gap = np.empty((*beta.shape, 3))
