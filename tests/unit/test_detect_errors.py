@@ -57,14 +57,15 @@ def test_what_noise_hides_in_each_pulse_shows_in_all(monkeypatch):
         assert 0.5 < rms_z(clear, name) < 1.5
 
 
-@pytest.mark.parametrize("pulse", ["half-sine", "Hertzian"])
+@pytest.mark.parametrize("pulse", ["half-sine", "raised cosine"])
 def test_contacts_of_six_samples_err_by_as_much_as_is_stated(pulse):
-    # Two samples on each edge: where a touch lies between samples is hardly seen.
-    options = {"contact": 0.3e-3, "levels": (20.0, 40.0), "count": 60, "scatter": 0.03}
-    rows = [row for seed in range(91, 95) for row in errors(pulse, 20e3, seed, **options)]
-    assert len(rows) > 230
+    # Two samples on each edge: where a touch lies between samples is hardly seen. Without what is
+    # added for that, raised cosines have 1.3.
+    options = {"contact": 0.3e-3, "levels": (40.0,), "count": 60, "scatter": 0.03}
+    rows = [row for seed in range(91, 97) for row in errors(pulse, 20e3, seed, **options)]
+    assert len(rows) > 350
     for name in MEASURED:
-        assert 0.7 < rms_z(rows, name) < 1.35
+        assert 0.55 < rms_z(rows, name) < 1.2
 
 
 def halves_of_a_record(scatter):
