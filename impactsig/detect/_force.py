@@ -23,7 +23,7 @@ from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
-from .pulses.shared_shape import share_shape
+from .pulses.shared_shape import nothing_told, share_shape
 from .search.direction import direction
 from .search.disturbances import disturbances
 from .search.event_kernels import RESPONSE, place
@@ -162,6 +162,7 @@ class _Search:
             repeats=repeats,
             left_out=left_out,
         )
+        self.told = nothing_told()  # of the spread of shapes, by the spans so far
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0
@@ -266,7 +267,7 @@ class _Search:
             for start, end, height in span.bursts
         ]
         if len(rows):
-            share_shape(rows, samples, origin, self.wanted.contact_level == 0)
+            share_shape(rows, samples, origin, self.wanted.contact_level == 0, self.told)
         if len(dropouts):
             cut_off(rows, dropouts)
         rows[:, 0] += segment

@@ -9,12 +9,16 @@ import numpy as np
 
 from ..impacts import CLIPPED
 from ..intervals.periodicity import SURE
+from ..plot.stops import by_stop, several_stops
 from .analysis import Analysis, mean_and_spread
 from .contents import level, printable
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
+
+TOLD = 0.95
+"""Probability of its stop, below which that of an impact is in doubt."""
 
 
 def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
@@ -26,6 +30,8 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
         return []
     rate = f"{len(impacts) / impacts.duration:.4g} per second" if impacts.duration else ""
     shown = [("impacts", f"{len(impacts):,}", rate)]
+    if several_stops(impacts):
+        shown.append(_of_stops(impacts))
     shown += _motion(analysis.periodicity)
     intervals = 1e3 * impacts.intervals()
     if len(intervals):
@@ -47,6 +53,16 @@ def tiles(analysis: Analysis) -> list[tuple[str, str, str]]:
         shown.append(_peaks(impacts))
     shown += _of_dynamics(analysis)
     return [(a, printable(b), printable(c)) for a, b, c in shown]
+
+
+def _of_stops(impacts: Impacts) -> tuple[str, str, str]:
+    """How many impacts each stop has, and of how many that is in doubt."""
+    stops = list(by_stop(impacts, np.arange(len(impacts))))
+    counts = " and ".join(f"{int(of_stop.sum()):,}" for _, _, of_stop in stops)
+    names = ", ".join(name for name, _, _ in stops)
+    if impacts.stop_probability is not None:
+        names += f"; {int(np.sum(impacts.stop_probability < TOLD)):,} in doubt"
+    return "impacts by stop", counts, names
 
 
 def _motion(found: Periodicity) -> Iterator[tuple[str, str, str]]:

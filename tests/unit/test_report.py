@@ -582,6 +582,18 @@ def test_cards_show_only_what_is_sure(found):
     assert "Hz" not in next(word for name, _, word in tiles(twice) if name == "median interval")
 
 
+def test_a_card_counts_the_impacts_of_each_stop(found):
+    from dataclasses import replace
+
+    assert "impacts by stop" not in {name for name, *_ in tiles(found)}
+    count = len(found.impacts)
+    stop, sure = np.zeros(count, np.int64), np.ones(count)
+    stop[2:5], sure[3] = 1, 0.6
+    both = replace(found.impacts, stop_index=stop, stop_probability=sure)
+    cards = {name: (value, word) for name, value, word in tiles(replace(found, impacts=both))}
+    assert cards["impacts by stop"] == (f"{count - 3} and 3", "stop 0, stop 1; 1 in doubt")
+
+
 def test_the_peak_of_clipped_pulses_is_a_lower_bound(found):
     from dataclasses import replace
 

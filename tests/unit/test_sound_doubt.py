@@ -6,6 +6,7 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.varied_sound import record
 from impactsig import Recording, detect_impacts
+from impactsig.detect.sound._calibrated import calibrated
 from impactsig.detect.sound._clipping import Limits
 from impactsig.detect.sound._doubt import Doubt
 
@@ -66,3 +67,29 @@ def test_the_share_at_the_limits():
     silent = Limits()
     silent.add(np.maximum(x, 0.0))  # most of it is digital silence
     assert silent.share == pytest.approx(np.mean(x == 1.5), abs=0.01)
+
+
+ODDS = np.array([-np.inf, -2.0, -0.5, 0.0, 0.5, 2.0])
+
+
+def test_odds_are_sharper_where_little_is_in_doubt():
+    clear, doubtful = Doubt(100.0, 0.0, 0.0), Doubt(100.0, 4.0, 4.0)
+    np.testing.assert_allclose(
+        calibrated(ODDS, clear, 20.0), [-np.inf, -3.0, -0.75, 0.0, 0.875, 3.5]
+    )
+    np.testing.assert_array_equal(calibrated(ODDS, doubtful, 20.0), ODDS)
+    # Half of an expected share of errors of 0.03.
+    half = calibrated(ODDS, Doubt(98.5, 1.5, 1.5), 20.0)
+    np.testing.assert_allclose(half[1:], [-2.5, -0.625, 0.0, 0.6875, 2.75])
+
+
+@pytest.mark.parametrize(("seconds", "more"), [(8.0, 0.0), (5.0, 1.9652), (2.0, 2.0), (0.1, 2.0)])
+def test_odds_are_higher_where_doubtful_impacts_come_densely(seconds, more):
+    # 100 likely impacts: 5 ln(20 / 13.5) at 20 a second, 2 at most, by no less than a second.
+    doubtful = Doubt(100.0, 10.0, 10.0)
+    np.testing.assert_allclose(calibrated(ODDS, doubtful, seconds), ODDS + more, atol=1e-4)
+    assert calibrated(ODDS, Doubt(100.0, 0.0, 0.0), seconds)[3] == 0.0
+
+
+def test_a_record_without_a_likely_impact_keeps_its_odds():
+    np.testing.assert_array_equal(calibrated(ODDS, Doubt(), 0.0), ODDS)

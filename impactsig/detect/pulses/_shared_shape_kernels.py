@@ -8,9 +8,11 @@ With mean mu and weights W = 1 / spread^2 of the shapes, a pulse fitted at the s
 
 With g = 1 - W C of each, the variance of a shape parameter moves by Fisher's step,
 
-    (sum (moved)^2 - spread^2 sum g) / sum g^2,
+    (sum (moved)^2 - spread^2 (sum g - sum g^2 / sum g)) / sum g^2,
 
-both sums with those of WEIGHT pulses that differ by SPREAD.
+each sum with that of WEIGHT pulses that differ by SPREAD. The last term is what the mean follows of
+them (restricted maximum likelihood). A span of few pulses cannot tell no spread from a small one,
+so what the spans before tell of the variance counts as a normal prior on it, while the span agrees.
 
 The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
 the length of a brief one, whose logarithm has no bound.
@@ -36,7 +38,10 @@ APART = np.array([0.5, 1.0, 0.15, 0.7, 0.15])
 """Standard deviation of the mean shape about where it is expected."""
 UNSURE = 0.4
 """Of the standard error of a variance of shapes: what is added to the most likely one."""
-SPREAD, WEIGHT = np.array([0.001, 0.004, 0.0005, 0.001, 0.0005]), 1.0
+FORGOTTEN, AGREES = 0.1, 3.0
+"""Share of what the spans before tell that each new one takes off; standard errors within which a
+span agrees with them."""
+SPREAD, WEIGHT = np.array([0.0005, 0.002, 0.00025, 0.0005, 0.00025]), 1.0
 """Standard deviation of shapes that is expected, and how many pulses it counts as."""
 
 
@@ -59,6 +64,7 @@ class Shape(NamedTuple):
     mean: np.ndarray  # (s,), mu
     spread: np.ndarray  # (s,), W^-1/2
     common: np.ndarray  # (s, s), W (covariance of the mean) W
+    told: np.ndarray  # (2, s), information on the variance, times its most likely value and alone
 
 
 @allocating
@@ -118,13 +124,14 @@ def set_free(kept):
 
 # reassoc: sums over the pulses run in lanes.
 @njit(nogil=True, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})
-def estimate_shape(fits, about, before, rounds):
+def estimate_shape(fits, about, told, before, rounds):
     """Estimate the shape that fits share; fills in their steps and covariances.
 
     It is looked for from the shape `before`, in so many rounds; `about` (2, s) is where its mean is
-    expected, and how far from there.
+    expected, and how far from there, `told` (2, s) what the spans before tell of its spread.
     """
     n, s = fits.score.shape[1], SHAPES
+    told = told.copy()
     mean, spread = before.mean.copy(), before.spread.copy()
     mode = spread.copy()
     weight, towards = np.empty(s), np.empty(s)
@@ -169,9 +176,20 @@ def estimate_shape(fits, about, before, rounds):
             if turn == rounds - 1:
                 continue
             variance = spread[a] ** 2
-            gain = own - variance * shown + WEIGHT * (SPREAD[a] ** 2 - variance)
+            followed = square / (shown + variance / about[1, a] ** 2 + 1e-12)
+            gain, double = own - variance * (shown - followed), 2.0 * variance * variance
+            seen, likely = square / double, variance + gain / max(square, 1e-12)
+            apart = likely * told[1, a] - told[0, a]
+            if apart * apart * seen > AGREES**2 * told[1, a] * (told[1, a] + seen):
+                told[:, a] = 0.0
+            gain += WEIGHT * (SPREAD[a] ** 2 - variance)
+            gain += double * (told[0, a] - told[1, a] * variance)
+            square += double * told[1, a]
             error = variance * np.sqrt(2.0 / max(square, 1e-12))
             variance += max(gain / (square + WEIGHT), -0.9 * variance)
+            if turn == rounds - 2 and abs(seen * likely) < np.inf:
+                told[0, a] = (1.0 - FORGOTTEN) * told[0, a] + seen * likely
+                told[1, a] = (1.0 - FORGOTTEN) * told[1, a] + seen
             mode[a] = np.sqrt(variance)
             # The last round allows for what is not known of it.
             wide = min(UNSURE * error, about[1, a] ** 2) if turn == rounds - 2 else 0.0
@@ -197,7 +215,7 @@ def estimate_shape(fits, about, before, rounds):
             along, turned = fits.along[m, a], fits.step[SKEW + a]
             for i in range(n):
                 step[i] -= along[i] * turned[i]
-    return Shape(mean, mode, uncertain)
+    return Shape(mean, mode, uncertain, told)
 
 
 @kernel

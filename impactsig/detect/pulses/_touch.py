@@ -23,7 +23,7 @@ from ._small_matrices import factor, invert, solve
 from .edges import FIT
 from .fit_errors import BASE, FROM, NOISE, NOW, TILT, TO, ZERO
 
-STRETCHES, FIRST, LAST = 75, -0.5, 1.0
+STRETCHES, FIRST, LAST = 150, -0.5, 1.0
 """How many, and from where to where [edges]."""
 LEVEL = 0.6
 """Height up to which an edge is looked at."""

@@ -75,8 +75,13 @@ class Work(NamedTuple):
     moved: np.ndarray
 
 
+def nothing_told() -> np.ndarray:
+    """What the spans before the first tell of the spread of shapes."""
+    return np.zeros((2, SHAPES))
+
+
 @allocating
-def share_shape(rows, x, origin, timed):
+def share_shape(rows, x, origin, timed, told):
     """Measure the pulses of `rows` again, in place, by their shared shape.
 
     Parameters
@@ -87,6 +92,8 @@ def share_shape(rows, x, origin, timed):
         The samples that they were measured in, and the place of the first.
     timed : bool
         Contact times are those from first to last touch.
+    told : array (2, SHAPES)
+        What the spans before tell of the spread of shapes; this one is added, in place.
     """
     alike = _alike(rows)
     clear = _clear(rows, alike)
@@ -101,11 +108,11 @@ def share_shape(rows, x, origin, timed):
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
         if len(clear) >= LEAST:
             about[1, POWER - SKEW] = POWER_SEEN
-        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)))
-        shape = _share(rows, alike, timed, True, about, shape, ROUNDS)
+        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
+        shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
         if not missed and not steep:
             linearize_anew(rows, alike, x, origin, rest, False, room)
-            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
+            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
             if len(clear) >= LEAST:
                 left = common_rest(rows, clear, x, origin, room)[1]
                 missed = left > 0.0
@@ -115,16 +122,17 @@ def share_shape(rows, x, origin, timed):
                 rest = common_rest(rows, clear, x, origin, room)[0]
                 linearize_anew(rows, clear, x, origin, rest, True, room)
                 before = rows[clear, 0]
-                shape = _share(rows, clear, timed, False, about, shape, AGAIN)
+                shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
                 if (np.abs(rows[clear, 0] - before) < STAYS * rows[clear, ERRORS]).all():
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
                 linearize_anew(rows, alike, x, origin, rest, True, room)
-                shape = _share(rows, alike, timed, False, about, shape, AGAIN)
+                shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
         elif missed and not steep:
             linearize_anew(rows, alike, x, origin, rest, False, room)
-            shape = _share(rows, alike, timed, True, about, shape, AGAIN)
+            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+        told[:] = shape.told
     if missed:
         rest = common_rest(rows, clear, x, origin, room)[0]
         correct_misfit(rows, alike, x, origin, left, rest, timed)
@@ -182,11 +190,11 @@ def _is_fitted(row):
 
 
 @allocating
-def _share(rows, alike, timed, alone, about, before, rounds):
+def _share(rows, alike, timed, alone, about, told, before, rounds):
     """Estimate the shape that pulses share, and measure them by it; `alone`, with its error."""
     count = len(alike)
     fits = set_free(rows[alike, FIT:])
-    shape = estimate_shape(fits, about, before, rounds)
+    shape = estimate_shape(fits, about, told, before, rounds)
     work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
     for i in range(count):
         _measure(rows[alike[i]], i, fits, shape, timed, alone, work)

@@ -47,7 +47,8 @@ crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a 
 of where it should, if there is one.
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
-the third to synthetic sound and drums, also in rooms and noise, by logistic regression.
+the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
+whole record adds to them is in `_calibrated.py`.
 """
 
 from __future__ import annotations

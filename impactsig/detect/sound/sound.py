@@ -47,6 +47,7 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
+from ._calibrated import calibrated
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
@@ -333,17 +334,21 @@ def choose(
     """The impacts of each passage that has any, by its first sample.
 
     The greatest probability as well, and what is left out because many come together. All
-    probabilities are added to the `doubt`.
+    probabilities are added to the `doubt`, as they are before the record says how they turn out.
     """
     chosen, greatest, pulses, crowded = {}, 0.0, 0, 0
-    for passage in survey.passages:
-        found = candidates(passage, survey.spread, survey.scale, rate)
+    every = [candidates(one, survey.spread, survey.scale, rate) for one in survey.passages]
+    for found in every:
+        doubt.add(found.probability)
+    groups = sum(len(part) for passage in survey.passages for part in passage.bands)
+    seconds = groups * GROUP * survey.scale.hop / rate
+    for passage, found in zip(survey.passages, every, strict=True):
+        found = found._replace(odds=calibrated(found.odds, doubt, seconds))
         likely = found.probability
         kept = likely >= least
         pulses += int(np.count_nonzero(found.pulse & ~kept))
         crowded += int(np.count_nonzero(found.crowded & ~kept))
         greatest = max(greatest, float(likely.max(initial=0.0)))
-        doubt.add(likely)
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))

@@ -109,7 +109,7 @@ def waveform(
             points(ax, seen.time[of_stop], heights[of_stop], color=mark, label=label, zorder=3)
     if ax.get_legend_handles_labels()[0]:
         legend(ax, "upper right", ncols=4, borderaxespad=0)
-        ax.margins(y=0.12)
+        ax.margins(y=0.2)  # the legend lies clear of the highest
     ax.margins(x=0.01)
     seconds(ax.xaxis, "time", [shown.duration] if shown.start == 0 else [shown.stop])
     names = [name for name in shown.channels if name]
