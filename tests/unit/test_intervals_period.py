@@ -492,6 +492,18 @@ def test_impacts_at_one_instant_and_a_clock_far_too_fast_are_answered():
     assert not impactsig.identify_period(together, 1.0).recurs
     sparse = Impacts.from_times(np.sort(np.random.default_rng(1).uniform(0, 1000, 40)))
     assert not impactsig.identify_period(sparse, 1e-3).recurs
+    with pytest.raises(InvalidInput, match=r"^forcing_period:.*billionth"):
+        impactsig.identify_period(Impacts(1e300 * np.arange(9.0)), 1e-9)
+
+
+def test_whether_intervals_are_predictable_does_not_depend_on_their_unit():
+    """Distances of intervals above 1e154 s are infinite, and no neighbour was found."""
+    intervals = np.random.default_rng(1).random(100)
+    usual, huge = (
+        impactsig.identify_period(Impacts(np.ldexp(np.cumsum(intervals), k))) for k in (0, 1000)
+    )
+    assert usual.kind == huge.kind == "irregular"
+    assert huge.probability == pytest.approx(usual.probability)
 
 
 def test_the_answer_is_kept_for_the_same_question_alone():

@@ -34,6 +34,9 @@ LEAST_VECTORS = 50
 RESOLUTION_FLOOR = 2.0
 """Least scale in steps of the values."""
 
+FARTHEST = 1e100
+"""Greatest noise and scales, in ranges of the series: their squares are numbers still."""
+
 
 @dataclass(frozen=True)
 class ScaleSlope:
@@ -390,12 +393,14 @@ def correlation_dimension(
         return of_kind(kind, step)
     # In the range of the series, so that no square overflows.
     unit = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
+    if chosen is not None:
+        chosen = min(chosen[0] / unit, FARTHEST), min(chosen[1] / unit, FARTHEST)
     setting = _dimension.Setting(
         marked / unit,
         delay,
         window,
         RESOLUTION_FLOOR * step / unit,
-        None if chosen is None else (chosen[0] / unit, chosen[1] / unit),
+        chosen,
         missed,
         spurious,
         unit,
@@ -441,7 +446,8 @@ def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting)
     if errors is not None:
         stated = errors.source == "as given"
         level = math.hypot(errors.value, rounding if stated else 0.0)
-        return Noise(errors.timing / given.unit, level / given.unit, errors.source)
+        timing, level = (min(one / given.unit, FARTHEST) for one in (errors.timing, level))
+        return Noise(timing, level, errors.source)
     found = estimated(
         given.values, given.delay, given.theiler, given.floor, of_impacts, given.workers
     )
