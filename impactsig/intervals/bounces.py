@@ -203,7 +203,7 @@ def _covariance(impacts: Impacts, first: int, last: int, measured: bool) -> np.n
     """Covariance of the flights; None if the instants have no errors."""
     if impacts.time_error is None:
         return None
-    square = impacts.time_error[first : last + 1] ** 2
+    square = np.minimum(impacts.time_error[first : last + 1], MOST_TIME) ** 2
     covariance = np.diag(square[1:] + square[:-1]) - np.diag(square[1:-1], 1)
     covariance -= np.diag(square[1:-1], -1)
     if measured and impacts.contact_time_error is not None:

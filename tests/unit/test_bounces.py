@@ -113,5 +113,7 @@ def test_the_error_does_not_depend_on_the_unit_of_time():
         restitution_from_bounces(Impacts(k * time, time_error=k * errors)) for k in (1, 1e6)
     )
     assert other.error == pytest.approx(one.error, rel=1e-4)
+    far = restitution_from_bounces(Impacts(time, time_error=np.full(9, 1e200)), contact_time=0.0)
+    assert far.interval == (0.0, 1.0)
     with pytest.raises(InvalidInput, match="another unit"):
         restitution_from_bounces(Impacts(1e150 * time), contact_time=0.0)

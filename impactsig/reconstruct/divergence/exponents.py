@@ -60,9 +60,9 @@ class LyapunovExponent(Shown):
     region : tuple of int, or None
         First and last k of the line.
     intercept : float
-        S(0) by the line.
+        S(0) by the line; nan where there is none.
     far : float
-        Logarithm of the median gap of any two values, at which S(k) ends.
+        Logarithm of the median gap of any two values, at which S(k) ends; nan of a period.
     references : int
         Vectors whose neighbours were followed.
     method : {"rosenstein", "kantz"}
