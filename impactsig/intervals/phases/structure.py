@@ -77,7 +77,7 @@ def strongest_line(at: np.ndarray, z: np.ndarray, density: float, slowest: float
     fastest, span = 0.51 * density, float(at[-1] - at[0])
     slowest = max(slowest, 2 / span)
     independent = span * (fastest - slowest)
-    if independent < 4:
+    if independent < 4 or not z.any():
         return None
     step = 1 / (GRID * density)
     bins = np.bincount(np.round((at - at[0]) / step).astype(np.intp), z)
