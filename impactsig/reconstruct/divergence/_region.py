@@ -133,15 +133,15 @@ def best_line(
             if growth < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
-            if first < least:
-                most = (high - float(curve.stretch[first])) / int(least - first)
-                line = line._replace(most=max(most, line.slope))
             if line.slope <= 0 or abs(line.bend) > BEND * line.slope:
                 continue
             error = standard_error(line) / line.slope
             if error < least_error:
                 found, least_error = line, error
-    return found
+    if found is None or found.first >= least:
+        return found
+    most = (high - float(curve.stretch[found.first])) / (least - found.first)
+    return found._replace(most=max(most, found.slope))
 
 
 def standard_error(line: Line) -> float:
