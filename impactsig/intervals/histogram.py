@@ -126,7 +126,7 @@ def interval_histogram(
             f"edges from {edges[0]:g} to {edges[-1]:g} s",
             f"bins that hold some of the intervals, {low:g} to {high:g} s",
         )
-    return IntervalHistogram(count / (count.sum() * np.diff(edges)), edges, count, rule)
+    return IntervalHistogram(count / count.sum() / np.diff(edges), edges, count, rule)
 
 
 def _given_edges(bins: Any) -> np.ndarray:

@@ -799,6 +799,15 @@ def test_noise_and_scales_far_beyond_the_series_give_no_dimension(given):
     assert found.reason
 
 
+@pytest.mark.parametrize(
+    "given", [{"value_error": 1e-170}, {"resolution": 1e-170}, {"scales": (1e-320, 1.0)}]
+)
+def test_noise_and_scales_far_below_the_series_are_as_none(given):
+    expected = correlation_dimension(henon(300), value_error=0.0)
+    found = correlation_dimension(henon(300), **{"value_error": 0.0, **given})
+    assert found.slope.value == pytest.approx(expected.slope.value, abs=0.2)
+
+
 @pytest.mark.parametrize("level", [1e-200, 1.0, 1e200])
 def test_the_typical_error_can_be_far_from_1(level):
     errors = level * np.array([3.0, 4.0, 3.0, 4.0] * 20 + [1e3])

@@ -221,5 +221,8 @@ def test_measures_of_a_train_are_the_same_in_any_unit(exponent):
     one, other = impactsig.interval_histogram(POISSON), impactsig.interval_histogram(scaled)
     np.testing.assert_array_equal(other.count, one.count)
     np.testing.assert_array_equal(other.edges, np.ldexp(one.edges, exponent))
+    assert np.isfinite(
+        impactsig.interval_histogram(1e300 * np.array([1.0, 2, 1e8] * 50)).density
+    ).all()
     with pytest.raises(InvalidInput, match="another unit"):
         impactsig.interval_histogram(np.full(9, 1e-310))
