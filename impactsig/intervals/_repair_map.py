@@ -13,7 +13,7 @@ import numpy as np
 
 from ..impacts import Impacts
 from ._repair_slots import Edits
-from .phases.tracking import steady_rate
+from .phases.tracking import is_sparse, steady_rate
 
 LEAST_IMPACTS = 60
 CLOCK_ERROR = 2e-3  # relative, of the forcing period against the clock of the recording
@@ -62,6 +62,8 @@ def _one_pass(train: Impacts, source: np.ndarray, forcing_period: float) -> Edit
     if len(train) < LEAST_IMPACTS:
         return none
     given = (train.time - train.time[0]) / forcing_period
+    if is_sparse(given):
+        return none
     cycles = steady_rate(given, CLOCK_ERROR)
     base = forcing_period * float(given[-1] / cycles[-1])
     sequences = _Sequences(cycles, train.interval_spans_gap())

@@ -20,6 +20,8 @@ STRAY = 0.12
 """By which the logarithm of a ratio may be off the usual one before an impact is no bounce."""
 LAWS = (0.0, -0.2)
 """Powers of the speed that contact times go by: of a linear spring, and of Hertz."""
+MOST_TIME = 1e100
+"""Seconds; sums of squares of such times are numbers still."""
 SURE = 0.95
 
 
@@ -152,6 +154,11 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
             "impacts", f"{len(flights)} flights, each shorter than the one before",
             f"{needed} such flights or more", remedy,
         )  # fmt: skip
+    if not 1 / MOST_TIME < flights.min() <= flights.max() < MOST_TIME:
+        raise InvalidInput(
+            "impacts", f"flights of {flights.min():.3g} to {flights.max():.3g} s",
+            f"times between {1 / MOST_TIME:g} and {MOST_TIME:g} s", "Give them in another unit",
+        )  # fmt: skip
     covariance = _covariance(impacts, first, last, measured)
     rest = (contacts[first:last], first, given is not None)
     spring, *others = (
@@ -196,7 +203,7 @@ def _covariance(impacts: Impacts, first: int, last: int, measured: bool) -> np.n
     """Covariance of the flights; None if the instants have no errors."""
     if impacts.time_error is None:
         return None
-    square = impacts.time_error[first : last + 1] ** 2
+    square = np.minimum(impacts.time_error[first : last + 1], MOST_TIME) ** 2
     covariance = np.diag(square[1:] + square[:-1]) - np.diag(square[1:-1], 1)
     covariance -= np.diag(square[1:-1], -1)
     if measured and impacts.contact_time_error is not None:
@@ -259,7 +266,7 @@ def _fitted(
     )  # fmt: skip
     squares = 2 * found.cost
     misfit = squares / left if left else math.nan
-    spread = np.linalg.inv(found.jac.T @ found.jac)[1, 1]
+    spread = _variance(found.jac, 1)
     quantile = float(norm.ppf(0.5 + SURE / 2))
     scale = 1.0
     if not known or (left and misfit > 1):
@@ -281,6 +288,18 @@ def _fitted(
         first,
         misfit if known else math.nan,
     )
+
+
+def _variance(jacobian: np.ndarray, k: int) -> float:
+    """Variance of parameter k by a fit, as large as rounding can tell where it is not determined.
+
+    Of bounces that hardly get shorter, a longer contact is a longer flight, and the inverse of the
+    normal matrix had negative entries.
+    """
+    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    _, singular, directions = np.linalg.svd(jacobian / size, full_matrices=False)
+    singular = np.maximum(singular, np.finfo(float).eps * singular[0])
+    return float(np.sum((directions[:, k] / singular) ** 2) / size[k] ** 2)
 
 
 def _ratio_errors(times: np.ndarray, covariance: np.ndarray) -> np.ndarray:

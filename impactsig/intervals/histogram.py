@@ -14,6 +14,8 @@ from ..errors import InvalidInput
 from .pairs import Intervals, as_intervals
 
 MOST_BINS = 4096
+LEAST_INTERVAL = 1e-290
+"""Seconds that the longest interval must have for densities to be numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,13 @@ def interval_histogram(
     """
     values = as_intervals(intervals, least=1)
     low, high = float(values.min()), float(values.max())
+    if 0 < high < LEAST_INTERVAL:
+        raise InvalidInput(
+            "intervals",
+            f"intervals up to {high:g} s",
+            f"some of {LEAST_INTERVAL:g} s or more, so that densities are not beyond float64",
+            "Give them in another unit",
+        )
     given = bins is not None and np.ndim(bins) > 0
     equal = None if bins is None or given else whole("bins", bins, 1, 10**7)
     if given:
@@ -106,7 +115,9 @@ def interval_histogram(
     elif equal is not None:
         edges, rule = np.linspace(low, high, equal + 1), "given number of bins"
     else:
-        edges = _best_edges(values, low, high)
+        power = int(np.frexp(high)[1])  # near 1 all products are numbers, and no digit changes
+        scaled = np.ldexp(values, -power)
+        edges = np.ldexp(_best_edges(scaled, float(scaled.min()), float(scaled.max())), power)
         rule = "least-squares cross-validation"
     count, edges = np.histogram(values, edges)
     if not count.sum():
@@ -115,7 +126,7 @@ def interval_histogram(
             f"edges from {edges[0]:g} to {edges[-1]:g} s",
             f"bins that hold some of the intervals, {low:g} to {high:g} s",
         )
-    return IntervalHistogram(count / (count.sum() * np.diff(edges)), edges, count, rule)
+    return IntervalHistogram(count / count.sum() / np.diff(edges), edges, count, rule)
 
 
 def _given_edges(bins: Any) -> np.ndarray:

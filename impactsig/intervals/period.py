@@ -152,13 +152,6 @@ def read_period(
     clock = forcing_clock(impacts, forcing_period, forcing)
     if clock is not None and span < LEAST_REPEATS * clock.unit:
         return _unknown("too short a run", count, clock.unit, silence), None
-    if clock is not None and time[-1] - time[0] > 1e9 * clock.unit:
-        raise InvalidInput(
-            "forcing_period",
-            clock.unit,
-            f"more than a billionth of the run of {time[-1] - time[0]:.6g} s",
-            "Give it in seconds",
-        )
     unit = None if clock is None else clock.unit
     readings = [] if clock is None else forced_readings(clock, max_periods, resolution)
     best, locked, candidates = weigh(readings, count, span)
@@ -292,8 +285,10 @@ def forcing_clock(
         if forcing_period is None:
             return None
         start, unit = time[0], forcing_period
+        _require_resolved(unit, time)
         return Clock((time - start) / unit, (gaps - start) / unit, unit, False)
-    _, unit = forcing_cycles(forcing, time)
+    cycles, unit = forcing_cycles(forcing, time)
+    _require_resolved(unit, time)
     if forcing_period is not None and abs(forcing_period / unit - 1) > RATE_ERROR:
         raise InvalidInput(
             "forcing",
@@ -301,9 +296,20 @@ def forcing_clock(
             f"the forcing period of {forcing_period:.6g} s within {100 * RATE_ERROR:.2g} %",
             "Leave `forcing_period` out, or thin a tacho of several pulses a turn",
         )
-    cycles, _ = forcing_cycles(forcing, time)
     lost = np.interp(gaps, time, cycles)
     return Clock(cycles - cycles[0], lost - cycles[0], unit, True)
+
+
+def _require_resolved(forcing_period: float, time: np.ndarray) -> None:
+    """Refuse a forcing period that is nothing beside the run."""
+    span = float(time[-1] - time[0])
+    if span > 1e9 * forcing_period:
+        raise InvalidInput(
+            "forcing_period",
+            forcing_period,
+            f"more than a billionth of the run of {span:.6g} s",
+            "Give it in seconds",
+        )
 
 
 def _unknown(

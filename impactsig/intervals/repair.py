@@ -139,7 +139,8 @@ def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     the train. A change is made where the sequences as they are have next to no like, those that
     the change makes have many, and no other change there does as well. Where an impact barely
     comes or not (grazing), both have their like and nothing is changed; so in chaos many false and
-    missed impacts stay.
+    missed impacts stay. Where impacts come less often than once in a hundred forcing periods,
+    nothing is changed, since phases then say nothing of the intervals.
 
     Parameters
     ----------

@@ -34,10 +34,10 @@ def coefficient_of_variation(intervals: Intervals) -> float:
     0.5
     """
     values = as_intervals(intervals, least=2)
-    mean = float(values.mean())
-    if mean == 0:
+    if not values.any():
         raise InvalidInput("intervals", "all zero", "intervals of which one is positive")
-    return float(values.std()) / mean
+    values = np.ldexp(values, -np.frexp(values.max())[1])  # can be squared, all digits as they were
+    return float(values.std() / values.mean())
 
 
 def cv2(intervals: Intervals) -> float:

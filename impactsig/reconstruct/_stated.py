@@ -56,7 +56,8 @@ def typical(errors: np.ndarray) -> float:
     """
     kept = np.sort(errors)
     while True:
-        level = float(np.sqrt(np.mean(kept**2)))
+        unit = float(np.ldexp(1.0, np.frexp(kept[-1])[1] - 1))  # whose multiples can be squared
+        level = unit * float(np.sqrt(np.mean((kept / unit) ** 2)))
         count = int(np.searchsorted(kept, FAR_OFF * level, side="right"))
         if count in (0, len(kept)):  # 0 where all squares vanish
             return level

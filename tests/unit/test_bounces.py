@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.bounces import drop, recorded
 from impactsig import Impacts, InvalidInput, restitution_from_bounces
+from impactsig.intervals.bounces import _variance
 
 
 def bounces(restitution=0.75, flights=8, contact=0.0, jitter=0.0, seed=0):
@@ -93,3 +94,26 @@ def test_a_recorded_drop_gives_the_coefficient(sensor):
     found = restitution_from_bounces(recorded(train, sensor, 20.0, 1))
     assert found.restitution == pytest.approx(truth, abs=2e-3)
     assert f"{found.restitution:.5g}" in str(found)
+
+
+def test_the_variance_of_what_is_hardly_determined():
+    """Of columns (1, 1) and (1, 1 + e) it is 2 / e^2; the normal matrix is singular in float64."""
+    e = 2.0**-30
+    assert _variance(np.array([[1.0, 1.0], [1.0, 1 + e]]), 1) == pytest.approx(2 / e**2, rel=1e-5)
+    # A longer contact is a longer flight where bounces hardly get shorter.
+    time = np.concatenate(([0.0], np.cumsum(512577.0 - 35.0 * np.arange(4))))
+    found = restitution_from_bounces(Impacts(time, time_error=np.full(5, 600.0)))
+    assert found.error > 1
+    assert found.interval == (0.0, 1.0)
+
+
+def test_the_error_does_not_depend_on_the_unit_of_time():
+    time, errors = bounces(jitter=1e-5), np.full(9, 1e-5)
+    one, other = (
+        restitution_from_bounces(Impacts(k * time, time_error=k * errors)) for k in (1, 1e6)
+    )
+    assert other.error == pytest.approx(one.error, rel=1e-4)
+    far = restitution_from_bounces(Impacts(time, time_error=np.full(9, 1e200)), contact_time=0.0)
+    assert far.interval == (0.0, 1.0)
+    with pytest.raises(InvalidInput, match="another unit"):
+        restitution_from_bounces(Impacts(1e150 * time), contact_time=0.0)

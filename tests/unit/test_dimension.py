@@ -8,6 +8,7 @@ from scipy.special import erf
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_dimension
+from impactsig.reconstruct._stated import typical
 from impactsig.reconstruct._values import exact_period, quantum
 from impactsig.reconstruct.dimensions import (
     _estimate as _dimension,
@@ -776,3 +777,39 @@ def test_d1_of_a_motion_that_lingers_near_a_cycle_comes_with_a_warning(frequency
     found = correlation_dimension(x, timing_error=0.0, contraction=3.0)
     assert found.kaplan_yorke is not None
     assert any("near a cycle" in one for one in found.warnings) == lingers
+
+
+@pytest.mark.parametrize("every", [8, 25])
+def test_a_train_of_short_stretches_between_gaps_is_no_error(every):
+    """Of stretches of fewer than 30 values, states of too few coordinates were made."""
+    x = 1.5 + henon(90)
+    time = np.concatenate(([0.0], np.cumsum(x)))
+    gaps = [[time[k] + 0.1, time[k] + 0.2] for k in range(every, 90, every)]
+    found = correlation_dimension(Impacts(time, gaps=gaps), 1)
+    assert found.verdict == "noise"
+    assert "nothing tells" in found.describe()
+
+
+@pytest.mark.parametrize(
+    "given", [{"value_error": 1e300}, {"timing_error": 1e300}, {"scales": (1e200, 1e300)}]
+)
+def test_noise_and_scales_far_beyond_the_series_give_no_dimension(given):
+    found = correlation_dimension(1e-130 * henon(300), **given)
+    assert found.dimension is None
+    assert found.reason
+
+
+@pytest.mark.parametrize(
+    "given", [{"value_error": 1e-170}, {"resolution": 1e-170}, {"scales": (1e-320, 1.0)}]
+)
+def test_noise_and_scales_far_below_the_series_are_as_none(given):
+    expected = correlation_dimension(henon(300), value_error=0.0)
+    found = correlation_dimension(henon(300), **{"value_error": 0.0, **given})
+    assert found.slope.value == pytest.approx(expected.slope.value, abs=0.2)
+
+
+@pytest.mark.parametrize("level", [1e-200, 1.0, 1e200])
+def test_the_typical_error_can_be_far_from_1(level):
+    errors = level * np.array([3.0, 4.0, 3.0, 4.0] * 20 + [1e3])
+    assert typical(errors) == pytest.approx(level * np.sqrt(12.5))
+    assert typical(np.zeros(3)) == 0

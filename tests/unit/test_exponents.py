@@ -3,12 +3,21 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 from scipy.stats import t as student
 
 from impactsig import Impacts, InvalidInput, lyapunov_exponent
 from impactsig.reconstruct.divergence._following import Setting, follow_on
 from impactsig.reconstruct.divergence._freed import LEVEL, width
-from impactsig.reconstruct.divergence._region import BLOCKS, Curve, best_line, fit, standard_error
+from impactsig.reconstruct.divergence._region import (
+    BLOCKS,
+    Curve,
+    Line,
+    best_line,
+    fit,
+    interval,
+    standard_error,
+)
 from tests import naive_reconstruct_embed as naive
 from tests.series import lorenz, noisy
 
@@ -120,6 +129,32 @@ def test_a_curve_that_winds_about_its_line_has_the_greater_error():
     )
     assert standard_error(straight) == pytest.approx(0.06 * 0.3)
     assert standard_error(wound) > 0.3 / 12
+
+
+@pytest.mark.parametrize("bound", [1.5, 2.0, 3.0])
+def test_the_upper_end_is_that_of_a_slope_that_had_to_be_below_a_bound(bound):
+    """Of the deviates below the bound, one in 40 is as low as this if the mean is at the end."""
+    line = Line(0, 10, 1.0, 0.0, 0.08, 0.0, 0.0, True)
+    error = standard_error(line)
+    low, high = interval(line._replace(most=1 + bound * error))
+    assert (low, 2 - low) == pytest.approx(interval(line))
+    end = norm.ppf(0.975) * (high - 1) / (1 - low)
+    draws = end + np.random.default_rng(1).standard_normal(4_000_000)
+    assert np.mean(draws[draws < bound] <= 0) == pytest.approx(0.025, rel=0.1)
+
+
+def test_a_slope_just_below_its_bound_has_a_finite_interval():
+    line = Line(0, 10, 1.0, 0.0, 0.08, 0.0, 0.0, True)
+    usual, just = interval(line), interval(line._replace(most=1.0))
+    assert (just[1] - 1) / (usual[1] - 1) == pytest.approx(2.5 / norm.ppf(0.975))
+
+
+def test_of_a_curve_that_soon_ends_the_greatest_slope_is_known():
+    """It is 2 e-folds from its end, and may not get there before step 9."""
+    curve = Curve(0.2 * np.arange(12.0) - 3.0, np.zeros((BLOCKS, 12)), True)
+    line = best_line(curve, 0, 9, 9, -40.0, -1.0)
+    assert line.most == pytest.approx((2.0 - 0.2 * line.first) / (9 - line.first))
+    assert best_line(curve, 0, 0, 9, -40.0, -1.0).most == np.inf
 
 
 def test_the_region_can_be_overruled_and_is_a_least_squares_line():

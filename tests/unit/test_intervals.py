@@ -212,3 +212,17 @@ def test_intervals_of_impacts_and_of_an_array_give_the_same():
 def test_a_histogram_draws_itself():
     pytest.importorskip("matplotlib").use("agg")
     assert impactsig.interval_histogram(POISSON[:100]).plot().get_xlabel()
+
+
+@pytest.mark.parametrize("exponent", [-900, 900])
+def test_measures_of_a_train_are_the_same_in_any_unit(exponent):
+    scaled = np.ldexp(POISSON, exponent)
+    assert impactsig.coefficient_of_variation(scaled) == impactsig.coefficient_of_variation(POISSON)
+    one, other = impactsig.interval_histogram(POISSON), impactsig.interval_histogram(scaled)
+    np.testing.assert_array_equal(other.count, one.count)
+    np.testing.assert_array_equal(other.edges, np.ldexp(one.edges, exponent))
+    assert np.isfinite(
+        impactsig.interval_histogram(1e300 * np.array([1.0, 2, 1e8] * 50)).density
+    ).all()
+    with pytest.raises(InvalidInput, match="another unit"):
+        impactsig.interval_histogram(np.full(9, 1e-310))

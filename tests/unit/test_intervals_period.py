@@ -9,6 +9,7 @@ import pytest
 import impactsig
 from impactsig import Impacts, InvalidInput
 from impactsig.intervals.phases.slots import fit_slots
+from impactsig.intervals.phases.structure import strongest_line
 from tests import naive
 from tests.halves import half
 
@@ -492,6 +493,27 @@ def test_impacts_at_one_instant_and_a_clock_far_too_fast_are_answered():
     assert not impactsig.identify_period(together, 1.0).recurs
     sparse = Impacts.from_times(np.sort(np.random.default_rng(1).uniform(0, 1000, 40)))
     assert not impactsig.identify_period(sparse, 1e-3).recurs
+    with pytest.raises(InvalidInput, match=r"^forcing_period:.*billionth"):
+        impactsig.identify_period(Impacts(1e300 * np.arange(9.0)), 1e-9)
+
+
+def test_whether_intervals_are_predictable_does_not_depend_on_their_unit():
+    """Distances of intervals above 1e154 s are infinite, and no neighbour was found."""
+    intervals = np.random.default_rng(1).random(100)
+    usual, huge = (
+        impactsig.identify_period(Impacts(np.ldexp(np.cumsum(intervals), k))) for k in (0, 1000)
+    )
+    assert usual.kind == huge.kind == "irregular"
+    assert huge.probability == pytest.approx(usual.probability)
+
+
+def test_impacts_that_are_exactly_in_their_slots_have_no_tone():
+    """The power of nothing was divided by a background of nothing."""
+    at, z = np.arange(0.0, 200.0), np.zeros(200)
+    assert strongest_line(at, z, 1.0, 0.0) is None
+    assert strongest_line(at, np.cos(0.7 * at), 1.0, 0.0).frequency == pytest.approx(
+        0.7 / 2 / np.pi
+    )
 
 
 def test_the_answer_is_kept_for_the_same_question_alone():

@@ -155,3 +155,31 @@ def test_at_a_rate_the_radius_is_the_distance_of_that_rank(values, rate):
 def test_of_radius_rate_and_matrix_one_is_given(x, options, named):
     with pytest.raises(InvalidInput, match=f"^{named}:"):
         recurrence_quantification(x, **options)
+
+
+@pytest.mark.parametrize("exponent", [-1000, -1060, 1023])
+def test_a_rate_is_found_in_any_unit(exponent):
+    """A bin narrower than 4096/1.8e308 had an infinite number of bins to the unit."""
+    x = np.round(2**12 * (2 * np.random.default_rng(2).random(60) - 1)) / 2**12
+    expected = recurrence_quantification(x, 2, rate=0.1)
+    found = recurrence_quantification(np.ldexp(x, exponent), 2, rate=0.1)
+    assert found.radius == np.ldexp(expected.radius, exponent)
+    np.testing.assert_array_equal(found.diagonals, expected.diagonals)
+
+
+def test_a_distance_far_below_the_others_has_a_rank():
+    x = np.array([0.0, 3e-310, 1.0, 3.0, 7.0])
+    assert recurrence_quantification(x, rate=0.1).radius == x[1]
+
+
+def test_at_a_rate_distances_may_be_beyond_all_numbers():
+    x = np.array([-1.7e308, 0.0, 1.0, 1.7e308])
+    assert recurrence_quantification(x, rate=0.1).radius == 1.0
+    assert recurrence_quantification(x, rate=1.0).recurrence_rate == 1
+
+
+@pytest.mark.parametrize("function", [recurrence_plot, recurrence_quantification])
+def test_gaps_that_leave_no_vector_are_refused(function):
+    broken = Impacts(np.arange(7.0), gaps=[[k + 0.4, k + 0.6] for k in range(1, 6, 2)])
+    with pytest.raises(InvalidInput, match=r"^x:.*without a gap"):
+        function(broken, 3, radius=0.1)

@@ -127,6 +127,14 @@ def test_noise_is_left_alone():
     np.testing.assert_array_equal(repair_intervals(poisson, T).intervals, poisson)
 
 
+def test_impacts_far_rarer_than_the_forcing_are_left_alone():
+    """One interval of 9e8 forcing periods took hours: all rates that it tells apart were tried."""
+    intervals = 0.1 + np.random.default_rng(3).random(222)
+    intervals[100] = 9e8
+    found = repair_intervals(intervals, 1.0)
+    np.testing.assert_array_equal(found.intervals, intervals)
+
+
 def test_what_was_changed_is_said_index_by_index():
     time = np.arange(60.0) * T
     given = np.sort(np.append(np.delete(time, [20, 40, 41]), 30.4 * T))

@@ -244,3 +244,9 @@ def test_a_return_map_that_is_a_function_and_one_that_is_none():
     assert random.p_value > 0.01
     two_back = impactsig.return_map_determinism(logistic(1000)[::2], lag=1, seed=1)
     assert 0.8 < two_back.explained < found.explained  # the twice iterated map is steeper
+
+
+def test_the_asymmetry_of_values_whose_cubes_vanish_is_that_of_others():
+    x = logistic(200)
+    expected = impactsig.time_reversal_asymmetry(x)
+    assert impactsig.time_reversal_asymmetry(1e-120 * x) == pytest.approx(expected)

@@ -38,6 +38,8 @@ def _prediction_odds(intervals: np.ndarray) -> float:
     from scipy.spatial import cKDTree
     from scipy.special import log_ndtr
 
+    # by a power of two, so that squares are numbers and nothing else changes
+    intervals = np.ldexp(intervals, -np.frexp(intervals.max(initial=0.0))[1])
     vectors = np.column_stack((intervals[:-2], intervals[1:-1]))[:MOST_VECTORS]
     future = intervals[2:][:MOST_VECTORS]
     n = len(vectors)

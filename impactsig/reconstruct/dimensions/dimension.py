@@ -34,6 +34,9 @@ LEAST_VECTORS = 50
 RESOLUTION_FLOOR = 2.0
 """Least scale in steps of the values."""
 
+FARTHEST = 1e100
+"""Ranges of the series beyond which no length is told from others: its square is a number still."""
+
 
 @dataclass(frozen=True)
 class ScaleSlope:
@@ -390,12 +393,14 @@ def correlation_dimension(
         return of_kind(kind, step)
     # In the range of the series, so that no square overflows.
     unit = float(np.ptp(values / np.abs(values).max()) * np.abs(values).max())
+    if chosen is not None:
+        chosen = _in_ranges(chosen[0], unit), _in_ranges(chosen[1], unit)
     setting = _dimension.Setting(
         marked / unit,
         delay,
         window,
-        RESOLUTION_FLOOR * step / unit,
-        None if chosen is None else (chosen[0] / unit, chosen[1] / unit),
+        _in_ranges(RESOLUTION_FLOOR * step, unit),
+        chosen,
         missed,
         spurious,
         unit,
@@ -433,6 +438,12 @@ def of_kind(kind: Kind, resolution: float = 0.0) -> CorrelationDimension:
     )
 
 
+def _in_ranges(length: float, unit: float) -> float:
+    """A length in ranges of the series; 0 where it is far below what float64 tells apart."""
+    found = min(length / unit, FARTHEST)
+    return found if found > 1 / FARTHEST else 0.0
+
+
 def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting) -> Noise:
     """The noise in units of the range of the series: known or estimated."""
     from ._noise import Noise, estimated
@@ -441,7 +452,9 @@ def _noise(errors: Stated | None, of_impacts: bool, step: float, given: Setting)
     if errors is not None:
         stated = errors.source == "as given"
         level = math.hypot(errors.value, rounding if stated else 0.0)
-        return Noise(errors.timing / given.unit, level / given.unit, errors.source)
+        return Noise(
+            _in_ranges(errors.timing, given.unit), _in_ranges(level, given.unit), errors.source
+        )
     found = estimated(
         given.values, given.delay, given.theiler, given.floor, of_impacts, given.workers
     )

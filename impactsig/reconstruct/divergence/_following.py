@@ -56,6 +56,7 @@ class Followed(NamedTuple):
     references: int
     end: int  # last step at which few enough are far apart
     ended: bool  # and more are at some later one
+    limit: float  # about the level of the curve from which on that is not so
 
 
 def follow_on(given: Setting, steps: int, further: bool) -> Followed:
@@ -94,13 +95,14 @@ def _follow(given: Setting, steps: int) -> Followed:
     curve = _widened(median_curve(log, one), mutual)
     if given.noise is None:
         beyond, ended, freed = close < STILL_CLOSE, close.min() < 0.5, None
+        limit = given.far - SATURATED
     else:
         freed = _widened(freed_curve(log, one, given.noise), mutual)
         limit = unrelated_width(given.values, given.theiler, given.noise) - SATURATED_FREED
         beyond = freed.stretch > limit
         ended = bool(beyond.any())
     end = int(np.argmax(beyond)) - 1 if beyond.any() else steps
-    return Followed(curve, freed, mean, close, len(one), end, bool(ended))
+    return Followed(curve, freed, mean, close, len(one), end, bool(ended), limit)
 
 
 def _widened(curve: Curve, mutual: float) -> Curve:

@@ -60,9 +60,9 @@ class LyapunovExponent(Shown):
     region : tuple of int, or None
         First and last k of the line.
     intercept : float
-        S(0) by the line.
+        S(0) by the line; nan where there is none.
     far : float
-        Logarithm of the median gap of any two values, at which S(k) ends.
+        Logarithm of the median gap of any two values, at which S(k) ends; nan of a period.
     references : int
         Vectors whose neighbours were followed.
     method : {"rosenstein", "kantz"}
@@ -189,8 +189,11 @@ def lyapunov_exponent(
     median gap of any two values (where the errors are known, H_k is below exp(-1.2) times the width
     of any two values), and whose halves differ in slope by less than 35 %, the one whose slope has
     the least standard error, of sampling and bend together, as a share of it. The interval is that
-    error times Student's t. The error of sampling is the scatter over 30 blocks of successive
-    references: the limit of a bootstrap over these blocks with many draws, without its randomness.
+    error times Student's t. Its upper end is further away where a slope not much greater would
+    leave no such piece, since the gap would be beyond its limit before step 3 (m-1) delay: there,
+    only series in which the gap happens to grow slowly have a region. The error of sampling is the
+    scatter over 30 blocks of successive references: the limit of a bootstrap over these blocks with
+    many draws, without its randomness.
     It is wider by sqrt(1 + q) with q the share of the pairs that count from both their ends: all
     with Kantz's method. Of 100 series of 2000 values each, the interval held the exponent of
     Hénon's map, of the logistic map (ln 2) and of Lorenz' x in all (Kantz: in 99 of Lorenz'). Under
@@ -310,7 +313,8 @@ def lyapunov_exponent(
         begin = 0 if noise is None else noise.steps
         if not told[: end + 1].all():
             begin = max(begin, int(np.flatnonzero(~told[: end + 1])[-1]) + 1)
-        line = best_line(curve, begin, turned, end, math.log(2 * resolution(values) or 1e-300))
+        low = math.log(2 * resolution(values) or 1e-300)
+        line = best_line(curve, begin, turned, end, low, followed.limit)
     if line is None and end == len(close) - 1:
         plain = followed.curve
         if (plain.stretch > LOWEST).all() and np.ptp(plain.stretch[1:]) < 1:

@@ -92,8 +92,11 @@ def shared_innovations(x: np.ndarray, theiler: int) -> float:
     Of linear noise the residuals of an autoregression are independent of the state; of a motion
     they are a function of it, so that neighbours have similar ones [Theiler1992]_. Both directions
     of time are to be asked, as a motion driven at random is foretold only backwards. The values are
-    made normal by their ranks first, which undoes a monotone instrument.
+    made normal by their ranks first, which undoes a monotone instrument. Of fewer than 30 values
+    nothing is beyond chance.
     """
+    if len(x) < 10 * COORDINATES:
+        return 0.0
     x = ndtri((_ranks(x[:MOST]) - 0.5) / min(len(x), MOST))
     order = min(ORDER, len(x) // 10)
     lagged = np.lib.stride_tricks.sliding_window_view(x, order + 1)

@@ -98,7 +98,7 @@ def histogram(x, dimension, delay, theiler, low, high, bins):
     counts = np.zeros(bins, np.int64)
     least, most = np.full(bins, np.inf), np.full(bins, -np.inf)
     below = 0
-    scale = bins / (high - low) if high > low else 0.0
+    width = high - low if high > low else 1.0  # divided by: bins over it may be infinite
     for i in range(count):
         for j in range(i + theiler + 1, count):
             apart = 0.0
@@ -109,7 +109,7 @@ def histogram(x, dimension, delay, theiler, low, high, bins):
             if apart < low:
                 below += 1
             elif apart <= high:
-                k = min(int((apart - low) * scale), bins - 1)
+                k = min(int((apart - low) / width * bins), bins - 1)
                 counts[k] += 1
                 least[k] = min(least[k], apart)
                 most[k] = max(most[k], apart)

@@ -15,7 +15,9 @@ def radius_of(x: np.ndarray, dimension: int, delay: int, theiler: int, pairs: in
     A histogram of all distances finds the bin that holds this distance, and is refined within it
     until its edges are neighbouring numbers or all distances in it are equal.
     """
-    low, high = 0.0, float(np.nanmax(x) - np.nanmin(x))
+    low, high = 0.0, float(np.nanmax(x)) - float(np.nanmin(x))
+    if high == np.inf:
+        return 2 * radius_of(x / 2, dimension, delay, theiler, pairs)
     while True:
         counts, below, least, most = histogram(x, dimension, delay, theiler, low, high, BINS)
         total = below + np.cumsum(counts)

@@ -409,7 +409,11 @@ class _Lines:
 
 def _vectors(x: Any, dimension: int, delay: int) -> tuple[np.ndarray, int, int]:
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    return series(x, least=(dimension - 1) * delay + 1, gap=delay), dimension, delay
+    span = (dimension - 1) * delay + 1
+    values = series(x, least=span, gap=delay)
+    if not unbroken(values, span).any():
+        raise InvalidInput("x", f"{len(known(values))} values", f"{span} without a gap, a vector")
+    return values, dimension, delay
 
 
 def _radius(

@@ -211,9 +211,10 @@ def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
             "x", f"{len(known(values))} values", f"two {delay} steps apart between the same gaps"
         )
     step = (values[delay:] - values[:-delay])[together]
-    power = float(np.mean(step**2))
-    if power == 0:
+    largest = float(np.abs(step).max())
+    if largest == 0:
         raise InvalidInput(
             "x", f"periodic in {delay} values", "values that change in `delay` steps"
         )
-    return float(np.mean(step**3)) / power**1.5
+    step = step / largest  # whose cubes are numbers
+    return float(np.mean(step**3) / np.mean(step**2) ** 1.5)
