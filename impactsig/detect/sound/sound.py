@@ -53,7 +53,7 @@ from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
 from ._doubt import Doubt
-from ._kernels import BLOCK, Scale, measure
+from ._kernels import BLOCK, GROUP, Scale, measure
 from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
 from ._survey import Survey
 from ._windows import windows
