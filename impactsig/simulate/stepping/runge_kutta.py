@@ -21,6 +21,7 @@ from ..basis.tableau import DEGREE, tableau
 from ..exact.user import compiled, restitution_laws
 
 if TYPE_CHECKING:
+    from ..basis.contract import Moment
     from .rates import Functions, Problem
 
 BEYOND = 2.0**53
@@ -182,22 +183,13 @@ class SteppingEngine:
         count[MODE] = mode
         return state, count
 
-    def run(
-        self,
-        clock: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        events: np.ndarray,
-        end_turns: float,
-        end_phase: float,
-        legs: int,
-    ) -> int:
+    def run(self, now: Moment, events: np.ndarray, end: tuple[float, float], legs: int) -> int:
         """Move to the end, writing events until they are full; a status."""
         from .stepping import run
 
         return run(
             self._problem, self._tableau, self._functions, self._scratch,
-            clock, state, count, events, float(end_turns), float(end_phase), int(legs),
+            *now, events, *map(float, end), int(legs),
         )  # fmt: skip
 
     def place(self, mode: Any, q: Any) -> Any:
