@@ -142,13 +142,8 @@ def hit(beam, state, clock, count, totals, events):
 
 
 @inner
-def parts(beam, regime, state, clock, rounding):
-    """Whether the gap of a regime, which is closed, opens at a rate that is more than rounding.
-
-    That of the tip by its state may be, where it comes to rest, and that by the motion to come not.
-    """
-    if not abs(gap_rate(beam, state, clock)) > rounding:
-        return False
+def opens(beam, regime, state, clock):
+    """Whether the gap of a regime, which is closed, opens by the motion to come."""
     terms, _value = begin(beam, regime, state, clock)
     _d, g1, _g2, _g3, _most, _third = evaluate(beam.scratch, terms, 0.0)
     return g1 >= 0
@@ -159,7 +154,11 @@ def meet(beam, state, clock, count, totals, events):
     """Touch or leave the soft stop; the next regime and the kind of its start, as `hit`."""
     speed = -gap_rate(beam, state, clock)
     known, pressed = TOUCHING, speed > 0
-    if not parts(beam, CONTACT if pressed else FREE, state, clock, 1e-13 * fastest(beam, state)):
+    moves = abs(speed) > 1e-13 * fastest(beam, state)
+    if moves and not abs(speed) > 1e-6 * totals[GREATEST] > 0.0:
+        # A slow one may be rounding all the same, which the motion to come does not bear out.
+        moves = opens(beam, CONTACT if pressed else FREE, state, clock)
+    if not moves:
         known, pressed = AT_REST, rest_on(beam, state, clock)
     if pressed:
         totals[GREATEST] = max(totals[GREATEST], speed)

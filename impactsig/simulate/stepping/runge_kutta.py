@@ -269,11 +269,12 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     lengths = [abs(stop.position) for stop in oscillator.stops]
     lengths += [amplitude / ratio**2 for ratio, amplitude, _ in waves]
     size = max([*lengths, abs(oscillator.load) / inertia, carried.amplitude if carried else 0.0])
+    constant, swung = oscillator.load / inertia, np.array(waves, float).reshape(-1, 3)
     return Problem(
         kappa=stiffness / inertia,
         damping=damping / (mass * omega),
-        constant=oscillator.load / inertia,
-        waves=np.array(waves, float).reshape(-1, 3),
+        constant=constant,
+        waves=swung,
         fastest=fastest,
         stops=np.array(stops, float).reshape(-1, 8),
         order=np.array(order, np.int64),
@@ -289,6 +290,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
         chatter=chatter,
         fixed=2 * math.pi / (steps * swings(oscillator)) if steps else 0.0,
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
+        rounding=1e-15 * (abs(constant) + float(np.abs(swung[:, 1]).sum())),
         # An eighth of the fastest period: shorter swings than that the error estimate may not see.
         longest=2 * math.pi / 8 / fastest,
         far=BEYOND * size if size > 0 else OVERFLOWS,
