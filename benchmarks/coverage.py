@@ -38,6 +38,7 @@ from impactsig import Impacts, correlation_dimension, scenes, simulate
 from impactsig.reconstruct._fits import least_squares
 from impactsig.reconstruct.dimensions._kernel_sum import STEP, kernel_sum
 from tests import series
+from tests.series import iterated
 
 LINES = Path(__file__).parent / "results" / "coverage.jsonl"
 SIZES = (500, 2000, 10_000)
@@ -162,52 +163,52 @@ def known_noise() -> Iterator[Case]:
 def baker(count: int, seed: int) -> np.ndarray:
     """x + y of a baker's map with strips 0.35 and 0.65 high, squeezed to 0.25 and 0.4."""
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(-200, count):
+
+    def step(x: float, y: float) -> tuple[float, float]:
         if y < 0.35:
             x, y = 0.25 * x, y / 0.35
         else:
             x, y = 0.6 + 0.4 * x, (y - 0.35) / 0.65
-        y = (y + 1e-15 * rng.uniform()) % 1.0  # binary digits run out
-        if i >= 0:
-            found[i] = x + 0.5 * y
-    return found
+        return x, (y + 1e-15 * rng.uniform()) % 1.0  # binary digits run out
+
+    return iterated(step, rng.uniform(size=2), lambda x, y: x + 0.5 * y, count, 200)
 
 
 def gauss(count: int, seed: int) -> np.ndarray:
     """The fractional part of 1 / x: density 1 / (1 + x)."""
     rng = np.random.default_rng(seed)
-    x = rng.uniform()
-    found = np.empty(count)
-    for i in range(count):
-        x = (1 / x) % 1.0 or rng.uniform()
-        found[i] = x
-    return found
+    return iterated(
+        lambda x: ((1 / x) % 1.0 or rng.uniform(),), [rng.uniform()], series.first, count
+    )
 
 
 def beta(count: int, seed: int) -> np.ndarray:
     """The golden beta transformation: a density of two steps."""
     rng = np.random.default_rng(seed)
-    x = rng.uniform()
-    found = np.empty(count)
-    for i in range(count):
-        x = ((1 + np.sqrt(5)) / 2 * x + 1e-15 * rng.uniform()) % 1.0
-        found[i] = x
-    return found
+
+    def step(x: float) -> tuple[float]:
+        return (((1 + np.sqrt(5)) / 2 * x + 1e-15 * rng.uniform()) % 1.0,)
+
+    return iterated(step, [rng.uniform()], series.first, count)
+
+
+def wound(times: int, by: float, count: int, seed: int) -> np.ndarray:
+    """x + y / 2 + cos t / 2 of a solenoid that winds so many times and contracts so much."""
+    rng = np.random.default_rng(seed)
+
+    def step(t: float, x: float, y: float) -> tuple[float, float, float]:
+        x, y = by * x + np.cos(2 * np.pi * t), by * y + np.sin(2 * np.pi * t)
+        return (times * t + 1e-15 * rng.uniform()) % 1.0, x, y
+
+    def seen(t: float, x: float, y: float) -> float:
+        return x + 0.5 * y + 0.5 * np.cos(2 * np.pi * t)
+
+    return iterated(step, rng.uniform(size=3), seen, count, 200)
 
 
 def solenoid(count: int, seed: int) -> np.ndarray:
     """x + y / 2 + cos t / 2 of the Smale-Williams solenoid that contracts by 0.3."""
-    rng = np.random.default_rng(seed)
-    t, x, y = rng.uniform(size=3)
-    found = np.empty(count)
-    for i in range(-200, count):
-        x, y = 0.3 * x + np.cos(2 * np.pi * t), 0.3 * y + np.sin(2 * np.pi * t)
-        t = (2 * t + 1e-15 * rng.uniform()) % 1.0
-        if i >= 0:
-            found[i] = x + 0.5 * y + 0.5 * np.cos(2 * np.pi * t)
-    return found
+    return wound(2, 0.3, count, seed)
 
 
 def unseen_beams() -> Iterator[Case]:
@@ -229,15 +230,13 @@ def unseen_beams() -> Iterator[Case]:
 def strips(count: int, seed: int) -> np.ndarray:
     """x + y / 2 of a baker's map of three strips, of heights and widths `HEIGHTS` and `WIDTHS`."""
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(-200, count):
+
+    def step(x: float, y: float) -> tuple[float, float]:
         k = int(np.searchsorted((0.2, 0.7), y, side="right"))
         x = (0.0, 0.4, 0.75)[k] + WIDTHS[k] * x
-        y = ((y - (0.0, 0.2, 0.7)[k]) / HEIGHTS[k] + 1e-15 * rng.uniform()) % 1.0
-        if i >= 0:
-            found[i] = x + 0.5 * y
-    return found
+        return x, ((y - (0.0, 0.2, 0.7)[k]) / HEIGHTS[k] + 1e-15 * rng.uniform()) % 1.0
+
+    return iterated(step, rng.uniform(size=2), lambda x, y: x + 0.5 * y, count, 200)
 
 
 HEIGHTS, WIDTHS = np.array([0.2, 0.5, 0.3]), np.array([0.3, 0.2, 0.25])
@@ -246,38 +245,23 @@ HEIGHTS, WIDTHS = np.array([0.2, 0.5, 0.3]), np.array([0.3, 0.2, 0.25])
 def zigzag(count: int, seed: int) -> np.ndarray:
     """Up from 0 to 1 at 0.2, down to 0 at 0.7, up to 1 at 1: uniform on [0, 1]."""
     rng = np.random.default_rng(seed)
-    x = rng.uniform()
-    found = np.empty(count)
-    for i in range(count):
+
+    def step(x: float) -> tuple[float]:
         x = float(np.interp(x, (0.0, 0.2, 0.7, 1.0), (0.0, 1.0, 0.0, 1.0)))
-        x = min(x + 1e-15 * rng.uniform(), 1.0)
-        found[i] = x
-    return found
+        return (min(x + 1e-15 * rng.uniform(), 1.0),)
+
+    return iterated(step, [rng.uniform()], series.first, count)
 
 
 def cusp(count: int, seed: int) -> np.ndarray:
     """1 - 2 sqrt |x| [Hemmer1984]: density (1 - x) / 2; it lingers at -1."""
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-1, 1)
-    found = np.empty(count)
-    for i in range(-200, count):
-        x = 1 - 2 * math.sqrt(abs(x))
-        if i >= 0:
-            found[i] = x
-    return found
+    start = np.random.default_rng(seed).uniform(-1, 1)
+    return iterated(lambda x: (1 - 2 * math.sqrt(abs(x)),), [start], series.first, count, 200)
 
 
 def winding(count: int, seed: int) -> np.ndarray:
     """x + y / 2 + cos t / 2 of a solenoid that winds three times and contracts by 0.1."""
-    rng = np.random.default_rng(seed)
-    t, x, y = rng.uniform(size=3)
-    found = np.empty(count)
-    for i in range(-200, count):
-        x, y = 0.1 * x + np.cos(2 * np.pi * t), 0.1 * y + np.sin(2 * np.pi * t)
-        t = (3 * t + 1e-15 * rng.uniform()) % 1.0
-        if i >= 0:
-            found[i] = x + 0.5 * y + 0.5 * np.cos(2 * np.pi * t)
-    return found
+    return wound(3, 0.1, count, seed)
 
 
 def other_beam(frequency: float, restitution: float, count: int, seed: int) -> np.ndarray:
@@ -297,13 +281,11 @@ def dimension_of_strips(heights: np.ndarray, widths: np.ndarray) -> float:
 def kaplan_yorke(count: int, seed: int) -> np.ndarray:
     """x + y of Kaplan and Yorke's map, x doubled and y = 0.2 y + cos 4 pi x."""
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(), 0.0
-    found = np.empty(count)
-    for i in range(-200, count):
-        x, y = (2 * x + 1e-15 * rng.uniform()) % 1.0, 0.2 * y + math.cos(4 * math.pi * x)
-        if i >= 0:
-            found[i] = x + y
-    return found
+
+    def step(x: float, y: float) -> tuple[float, float]:
+        return (2 * x + 1e-15 * rng.uniform()) % 1.0, 0.2 * y + math.cos(4 * math.pi * x)
+
+    return iterated(step, [rng.uniform(), 0.0], lambda x, y: x + y, count, 200)
 
 
 def filtered_tent(count: int, seed: int) -> np.ndarray:
@@ -319,41 +301,37 @@ def filtered_tent(count: int, seed: int) -> np.ndarray:
 def skew_tent_of(top: float, count: int, seed: int) -> np.ndarray:
     """The tent map with its top there: uniform on [0, 1]."""
     rng = np.random.default_rng(seed)
-    x = rng.uniform()
-    found = np.empty(count)
-    for i in range(count):
+
+    def step(x: float) -> tuple[float]:
         x = x / top if x < top else (1 - x) / (1 - top)
-        x = min(x + 1e-15 * rng.uniform(), 1.0)
-        found[i] = x
-    return found
+        return (min(x + 1e-15 * rng.uniform(), 1.0),)
+
+    return iterated(step, [rng.uniform()], series.first, count)
 
 
 def circle(count: int, seed: int) -> np.ndarray:
     """Turns of z (z - 0.4) / (1 - 0.4 z) on the unit circle: it leaves 0, so they are uniform."""
     rng = np.random.default_rng(seed)
-    turn = rng.uniform()
-    found = np.empty(count)
-    for i in range(count):
+
+    def step(turn: float) -> tuple[float]:
         z = np.exp(2j * np.pi * (turn + 1e-15 * rng.uniform()))
-        turn = np.angle(z * (z - 0.4) / (1 - 0.4 * z)) / (2 * np.pi) % 1.0
-        found[i] = turn
-    return found
+        return (np.angle(z * (z - 0.4) / (1 - 0.4 * z)) / (2 * np.pi) % 1.0,)
+
+    return iterated(step, [rng.uniform()], series.first, count)
 
 
 def turned_strips(count: int, seed: int) -> np.ndarray:
     """x + y / 2 of a baker's map with strips 0.6 and 0.4 high, 0.35 and 0.15 wide, one turned."""
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(-200, count):
+
+    def step(x: float, y: float) -> tuple[float, float]:
         if y < 0.6:
             x, y = 0.35 * x, y / 0.6
         else:
             x, y = 1 - 0.15 * x, (1 - y) / 0.4
-        y = (y + 1e-15 * rng.uniform()) % 1.0
-        if i >= 0:
-            found[i] = x + 0.5 * y
-    return found
+        return x, (y + 1e-15 * rng.uniform()) % 1.0
+
+    return iterated(step, rng.uniform(size=2), lambda x, y: x + 0.5 * y, count, 200)
 
 
 @numba.njit

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from impactsig.simulate.basis.contract import Moment
 from impactsig.simulate.basis.events import COLUMNS, FULL, START
 from impactsig.simulate.stepping.runge_kutta import SteppingEngine
 
@@ -52,13 +53,14 @@ def drive(oscillator, method, duration, x=0.0, v=0.0, *, phase=0.0, room=4096, l
     engine = SteppingEngine(oscillator, method)
     state, count = engine.begin(x, v / engine.omega, phase)
     clock = np.array([0.0, phase, 0.0])
+    now = Moment(clock, state, count)
     first = [0.0, phase, START, -1.0, count[0], state[0], state[1], 0.0]
     passed = duration * engine.omega + phase
     turns = np.floor(passed / TURN)
     buffer = np.empty((room, COLUMNS))
     parts, status = [[first]], FULL
     while status == FULL:
-        status = engine.run(clock, state, count, buffer, turns, passed - TURN * turns, legs)
+        status = engine.run(now, buffer, (turns, passed - TURN * turns), legs)
         parts.append(buffer[: count[5]].copy())
     rows = np.concatenate(parts)
     return Driven(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 from numba import njit
 
@@ -102,50 +104,58 @@ def roessler(count: int, seed: int = 0) -> np.ndarray:
     return _sample(ROESSLER, _start(ROESSLER, seed), 0.02, 10, count, 1000)
 
 
+def iterated(
+    step: Callable[..., tuple[float, ...]],
+    start: Iterable[float],
+    seen: Callable[..., float],
+    count: int,
+    skip: int = 0,
+) -> np.ndarray:
+    """What is seen of the states of a map, after those that are skipped."""
+    state, found = tuple(start), np.empty(count)
+    for i in range(-skip, count):
+        state = step(*state)
+        if i >= 0:
+            found[i] = seen(*state)
+    return found
+
+
+def first(x: float, *_: float) -> float:
+    return x
+
+
 def henon(count: int, seed: int = 0) -> np.ndarray:
     """x of Hénon's map, a = 1.4, b = 0.3."""
-    x, y = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
-    found = np.empty(count)
-    for i in range(-500, count):
-        x, y = 1 - 1.4 * x * x + y, 0.3 * x
-        if i >= 0:
-            found[i] = x
-    return found
+    start = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
+    return iterated(lambda x, y: (1 - 1.4 * x * x + y, 0.3 * x), start, first, count, 500)
 
 
 def ikeda(count: int, seed: int = 0) -> np.ndarray:
     """x of Ikeda's map, u = 0.9; D2 = 1.69 for the plane of (x, y)."""
-    x, y = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
-    found = np.empty(count)
-    for i in range(-500, count):
+
+    def step(x: float, y: float) -> tuple[float, float]:
         t = 0.4 - 6 / (1 + x * x + y * y)
         c, s = np.cos(t), np.sin(t)
-        x, y = 1 + 0.9 * (x * c - y * s), 0.9 * (x * s + y * c)
-        if i >= 0:
-            found[i] = x
-    return found
+        return 1 + 0.9 * (x * c - y * s), 0.9 * (x * s + y * c)
+
+    start = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
+    return iterated(step, start, first, count, 500)
 
 
 def lozi(count: int, seed: int = 0) -> np.ndarray:
     """x of Lozi's map, a = 1.7, b = 0.5."""
-    x, y = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
-    found = np.empty(count)
-    for i in range(-500, count):
-        x, y = 1 - 1.7 * abs(x) + y, 0.5 * x
-        if i >= 0:
-            found[i] = x
-    return found
+    start = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
+    return iterated(lambda x, y: (1 - 1.7 * abs(x) + y, 0.5 * x), start, first, count, 500)
 
 
 def tinkerbell(count: int, seed: int = 0) -> np.ndarray:
     """x of the tinkerbell map, (a, b, c, d) = (0.9, -0.6013, 2, 0.5)."""
-    x, y = np.array([-0.72, -0.64]) + np.random.default_rng(seed).uniform(-0.01, 0.01, 2)
-    found = np.empty(count)
-    for i in range(-500, count):
-        x, y = x * x - y * y + 0.9 * x - 0.6013 * y, 2 * x * y + 2 * x + 0.5 * y
-        if i >= 0:
-            found[i] = x
-    return found
+
+    def step(x: float, y: float) -> tuple[float, float]:
+        return x * x - y * y + 0.9 * x - 0.6013 * y, 2 * x * y + 2 * x + 0.5 * y
+
+    start = np.array([-0.72, -0.64]) + np.random.default_rng(seed).uniform(-0.01, 0.01, 2)
+    return iterated(step, start, first, count, 500)
 
 
 def torus(count: int, seed: int = 0, frequencies: int = 2) -> np.ndarray:
@@ -164,9 +174,11 @@ def noisy(x: np.ndarray, share: float, seed: int = 0) -> np.ndarray:
 def cat(count: int, seed: int) -> np.ndarray:
     """cos 2 pi x + sin 2 pi y / 2 of Arnold's cat map, which fills the torus."""
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(size=2)
-    found = np.empty(count)
-    for i in range(count):
-        x, y = (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
-        found[i] = np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
-    return found
+
+    def step(x: float, y: float) -> tuple[float, float]:
+        return (2 * x + y + 1e-15 * rng.uniform()) % 1.0, (x + y) % 1.0
+
+    def seen(x: float, y: float) -> float:
+        return np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
+
+    return iterated(step, rng.uniform(size=2), seen, count)

@@ -58,11 +58,14 @@ def partition(points, order, begin, end, middle, d):
 
 
 @njit(nogil=True)
-def _build(points, order):
-    """Sort the points and `order` into tree order; returns the bounding boxes."""
+def build(points, order, leaf, full):
+    """Sort the points and `order` into tree order; where nodes begin and end, and their boxes.
+
+    A leaf has at most `leaf` points; if `full`, all but one have as many, or none.
+    """
     n, m = points.shape
     levels = 0
-    while n > (LEAF << levels):
+    while n > (leaf << levels):
         levels += 1
     nodes = (2 << levels) - 1
     inner = (1 << levels) - 1
@@ -82,7 +85,11 @@ def _build(points, order):
                 if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
                     widest = d
             half = (a + b) // 2
-            partition(points, order, a, b, half, widest)
+            if full:
+                leaves = (b - a + leaf - 1) // leaf
+                half = min(a + leaf * ((leaves + 1) // 2), b)
+            if half < b:
+                partition(points, order, a, b, half, widest)
             begin[2 * k + 1], end[2 * k + 1] = a, half
             begin[2 * k + 2], end[2 * k + 2] = half, b
     return begin, end, low, high
@@ -92,7 +99,7 @@ def tree(vectors: np.ndarray, usable: np.ndarray | None = None) -> Tree:
     """The tree of the vectors, shape (places, m); by default of all of them."""
     order = np.arange(len(vectors)) if usable is None else np.flatnonzero(usable)
     points = np.array(vectors[order], order="C")
-    begin, end, low, high = _build(points, order)
+    begin, end, low, high = build(points, order, LEAF, False)
     return Tree(points, order, begin, end, low, high, len(vectors))
 
 

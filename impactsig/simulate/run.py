@@ -10,7 +10,7 @@ from .._arguments import flag, instance, number, one_of_them
 from .._watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from .basis.contract import Engine, run_on
+from .basis.contract import Engine, Moment, run_on
 from .basis.events import (
     COLUMNS,
     CONTACT_COUNT,
@@ -69,18 +69,18 @@ class Run:
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 
         q, v = first_place(oscillator, initial, self.phase)
-        self.state, self.count = self.engine.begin(q, v, self.phase)
-        self.clock = np.array([0.0, self.phase, 0.0])
+        clock = np.array([0.0, self.phase, 0.0])
+        self.now = Moment(clock, *self.engine.begin(q, v, self.phase))
         self.status = STATUS[DONE]
         if self.before > 0:
             self.status, _ = self._move(self.before, NONE)
 
     def motion(self, until: float, keep: bool = True) -> Motion:
         """The motion from here to `until`, counted from the end of the transient."""
-        clock, state, count = self.clock, self.state, self.count
+        _clock, state, count = self.now
         count[IMPACT_COUNT : CONTACT_COUNT + 1], state[LOST] = 0, 0.0
         kind = STICK if count[STUCK] else START
-        first = row_of(kind, clock, state, count)
+        first = row_of(kind, *self.now)
         rows = NONE
         if self.status == "complete":
             buffer = np.empty((CHUNK, COLUMNS)) if keep else NONE
@@ -88,24 +88,25 @@ class Run:
         if keep:
             rows = np.concatenate([[first], rows])
         return assemble(
-            self.oscillator, self.engine, self.phase, first, rows, clock, state, count, self.status
+            self.oscillator, self.engine, self.phase, first, rows, *self.now, self.status
         )
 
     def _move(self, until: float, buffer: np.ndarray) -> tuple[str, np.ndarray]:
         """Call the engine until it is done; its status, and the events of all calls."""
         end = after(self.phase, until * self.per_turn)
-        legs = int(work(end[0] - self.clock[TURNS]))
+        clock = self.now.clock
+        legs = int(work(end[0] - clock[TURNS]))
 
         def run(left: int) -> int:
-            return self.engine.run(self.clock, self.state, self.count, buffer, *end, left)
+            return self.engine.run(self.now, buffer, end, left)
 
-        begin = _turns(*self.clock[:2])
+        begin = _turns(*clock[:2])
 
         def done(turns: float, phase: float) -> float:
             return (_turns(turns, phase) - begin) / self.per_turn
 
-        with following(done(*end), self.unit, lambda: done(*self.clock[:2])):
-            found, parts = run_on(run, self.count, buffer, legs)
+        with following(done(*end), self.unit, lambda: done(*clock[:2])):
+            found, parts = run_on(run, self.now.counts, buffer, legs)
         return STATUS[found], np.concatenate(parts)
 
 

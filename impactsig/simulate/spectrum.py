@@ -19,6 +19,7 @@ from .flows.course import coordinate_of
 QUANTITIES = ("displacement", "velocity")
 PER_PERIOD = 128
 """Samples in a period of the first force unless a rate is given."""
+MOST = 2**27  # samples, of which some ten arrays are held at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +120,8 @@ def power_spectrum(
     Raises
     ------
     InvalidInput
-        If the motion is too short for so many segments, or only counts were kept, or there is no
-        period to choose a rate by.
+        If the motion is too short for so many segments, or so long that its samples would fill
+        gigabytes, or only counts were kept, or there is no period to choose a rate by.
     """
     own = motion.system
     segments = whole("segments", segments, 1)
@@ -147,10 +148,15 @@ def power_spectrum(
         raise InvalidInput(
             "segments", segments, "fewer, or a longer motion", f"A span would be {span:.3g} s"
         )
+    count = size // 2 * (segments + 1)
+    if count > MOST:
+        raise InvalidInput(
+            "rate", rate, f"one at which the motion is at most {MOST} samples",
+            f"It would be {count:.3g}: give a lower one, or a shorter motion",
+        )  # fmt: skip
 
     from scipy.signal import welch
 
-    count = size // 2 * (segments + 1)
     states = motion.sample(start + np.arange(count) / rate)
     values = states[column] if isinstance(states, tuple) else states[:, column]
     frequency, density = welch(values, rate, "hann", size, detrend="constant")

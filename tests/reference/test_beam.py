@@ -448,3 +448,17 @@ def test_an_elastic_tip_that_is_pressed_bounces_without_end():
     )
     assert soon.status == "complete"
     assert len(soon.sticks) > 0
+
+
+def test_a_tip_that_begins_on_a_soft_stop_presses_on_it():
+    """There the rate of the gap is rounding; a stop that is a hair away makes the same motion."""
+    beam = Cantilever(0.2, 0.02, 0.001, 2e11, 7800.0, modes=2, forcing=BaseMotion(1e-3, 10.0))
+    law = KelvinVoigt(32905.95477834865, 10.0)
+    touching, beside = (
+        simulate(replace(beam, stop=Stop(at, law, "lower")), periods=1)
+        for at in (1e-3, 1e-3 - 1e-10)
+    )
+    assert touching.status == "complete"
+    assert len(touching.impacts) == len(beside.impacts) < 5
+    time = np.linspace(0.0, touching.stop, 200)
+    assert touching.sample(time)[0] == pytest.approx(beside.sample(time)[0], abs=1e-8)

@@ -293,3 +293,12 @@ def test_grazing_is_decided(beyond):
     )
     run = drive(graze, FINE, 2.9, *start)
     assert len(run.of(IMPACT)) == (beyond > 0)
+
+
+def test_a_moment_after_rest_where_forces_cancel():
+    """a = A w t at first: their rounding is no error of a step. x = A w t^3 / 6."""
+    force, stop = Force(1.0, 0.9, -pi / 2), Stop(0.0, Hertz(1e4, restitution=0.5))
+    machine = Oscillator(damping=0.1, forces=(force,), stops=(stop,))
+    motion = impactsig.simulate(machine, periods=1e-9)
+    assert motion.status == "complete"
+    assert motion.final[0] == pytest.approx(0.9 * motion.stop**3 / 6, rel=1e-6)

@@ -19,6 +19,8 @@ from impactsig import (
     simulate,
     threshold_crossings,
 )
+from impactsig.dynamics.tangents import lyapunov
+from impactsig.simulate.flows import course
 
 
 def turning(t, y, omega):
@@ -238,6 +240,24 @@ def test_a_flow_that_leaves_for_infinity_says_so():
     gone = threshold_crossings(bursting, 10.0, count=3, transient=4)
     assert len(gone) == 0
     assert "t = 1" in gone.reason
+
+
+def test_a_flow_whose_steps_shrink_without_end_is_not_followed_for_ever(monkeypatch):
+    monkeypatch.setattr(course, "PATIENCE", 2)
+    monkeypatch.setattr(lyapunov, "STEPS", 5000)
+    # It turns faster and faster, within e^(1e8 t).
+    whirling = Flow(lambda t, y: (-y[1] * y[2], y[0] * y[2], 1e8 * y[2]), (1.0, 0.0, 1.0))
+    motion = simulate(whirling, duration=5.0)
+    assert motion.status == "work limit"
+    assert 0 < motion.stop < 1e-5
+    with pytest.raises(InvalidInput, match="where its steps became too short to go on"):
+        motion.sample(1.0)
+    train = threshold_crossings(whirling, 2.0, duration=5.0)
+    assert len(train) == 0
+    assert "too short to go on" in train.reason
+    assert impactsig.lyapunov_spectrum(flows.rossler(0.2, -1, -1), duration=5.0).status == (
+        "work limit"
+    )
 
 
 def test_a_function_that_raises_ends_the_run():

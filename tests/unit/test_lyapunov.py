@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import impactsig
 from impactsig import FixedStep, Force, InvalidInput, Oscillator, Rigid, Stop, flows, scenes
-from impactsig.dynamics.tangents.batch import batch_error
+from impactsig.dynamics.tangents.growth import batch_error
 
 BEAM = scenes.karpodinis(20.1)
 

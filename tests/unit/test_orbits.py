@@ -10,7 +10,7 @@ matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
 import impactsig
-from impactsig import Force, InvalidInput, Oscillator, Rigid, Stop, scenes
+from impactsig import Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop, scenes
 
 BEAM = scenes.karpodinis(22.1)
 MOTION = impactsig.simulate(BEAM, periods=4)
@@ -87,3 +87,11 @@ def test_an_orbit_draws_its_phase_portrait():
     orbit = impactsig.find_periodic_orbit(BEAM)
     assert orbit.plot(ax) is ax
     assert ax.lines or ax.collections
+
+
+def test_a_motion_that_ends_before_it_can_return_is_refused():
+    stop = Stop(1e-300, KelvinVoigt(1e11))  # chatters without loss until the work limit
+    pressed = Oscillator(damping=0.1, stiffness=0, forces=(Force(1.0, 0.9),), load=1, stops=(stop,))
+    for find in (impactsig.find_periodic_orbits, impactsig.find_periodic_orbit):
+        with pytest.raises(InvalidInput, match=r"ended early.*guess="):
+            find(pressed)

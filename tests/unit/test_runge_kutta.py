@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from impactsig import Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop
 from impactsig.oscillators import Friction, Hertz
+from impactsig.simulate.basis.contract import Moment
 from impactsig.simulate.basis.events import (
     BROKEN,
     DIVERGED,
@@ -89,7 +90,7 @@ def test_a_run_whose_work_ends_goes_on_as_it_would_have(method):
         state, count = engine.begin(0.2, 0.5, 0.0)
         clock, events = np.zeros(3), np.empty((10_000, 8))
         rows = []
-        while engine.run(clock, state, count, events, 20.0, 0.0, legs) == EXHAUSTED:
+        while engine.run(Moment(clock, state, count), events, (20.0, 0.0), legs) == EXHAUSTED:
             rows.append(events[: count[5]].copy())
         rows.append(events[: count[5]].copy())
         ends.append((state, clock, np.concatenate(rows)))
@@ -158,9 +159,9 @@ def test_a_contact_under_way_when_rows_begin_keeps_its_approach_velocity():
     engine = SteppingEngine(Oscillator(stiffness=0, stops=stop), RungeKutta(1e-12))
     state, count = engine.begin(0.0, 1.0, 0.0)
     clock, none, events = np.zeros(3), np.empty((0, 8)), np.empty((64, 8))
-    assert engine.run(clock, state, count, none, 0.0, 0.6, 10**6) == DONE
+    assert engine.run(Moment(clock, state, count), none, (0.0, 0.6), 10**6) == DONE
     first = [*clock[:2], START, -1, count[0], state[0], state[1], 0.0]
-    assert engine.run(clock, state, count, events, 0.0, 1.4, 10**6) == DONE
+    assert engine.run(Moment(clock, state, count), events, (0.0, 1.4), 10**6) == DONE
     rows = np.concatenate([[first], events[: count[5]]])
     assert rows[1, 2] == MARK
     assert rows[1, 7] == pytest.approx(1.0, rel=1e-12)
@@ -258,7 +259,7 @@ def test_late_periods_are_as_exact_as_early_ones():
     for turns in (0.0, 4e12):
         state, count = engine.begin(0.3, 0.1, 0.0)
         clock = np.array([turns, 0.0, 0.0])
-        engine.run(clock, state, count, np.empty((0, 8)), turns + 4, 1.0, 10**6)
+        engine.run(Moment(clock, state, count), np.empty((0, 8)), (turns + 4, 1.0), 10**6)
         ends.append(state[:2].copy())
     assert ends[0] == pytest.approx(ends[1], rel=1e-13)
 

@@ -129,6 +129,13 @@ def test_a_ball_has_no_period_to_choose_a_rate_by():
     )
 
 
+def test_a_spectrum_that_would_fill_the_memory_is_refused():
+    fast = simulate(Oscillator(mass=1e-6, stiffness=1e8), duration=50.0, initial=(1, 0))
+    with pytest.raises(InvalidInput, match=r"rate.*at most \d+ samples.*1.02e\+10"):
+        fast.power_spectrum()
+    assert fast.power_spectrum(rate=100.0).rate == 100.0
+
+
 def test_counts_alone_have_no_spectrum():
     with pytest.raises(InvalidInput, match="keep"):
         simulate(HARMONIC, periods=50, keep="counts").power_spectrum()

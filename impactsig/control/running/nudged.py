@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...oscillators import Oscillator
-from ...simulate.basis.contract import Engine, run_on
+from ...simulate.basis.contract import Engine, Moment, run_on
 from ...simulate.basis.events import (
     COLUMNS,
     DONE,
@@ -171,9 +171,9 @@ class SpannedRun:
         self.oscillator, self.phase = oscillator, phase
         self.engines = Nudged(oscillator, method, chatter, phase)
         q, v = first_place(oscillator, initial, phase)
-        self.state, self.count = self.engines.engine.begin(q, v, phase)
-        self.clock = np.array([0.0, phase, 0.0])
-        self.first = row_of(START, self.clock, self.state, self.count)
+        clock = np.array([0.0, phase, 0.0])
+        self.now = Moment(clock, *self.engines.engine.begin(q, v, phase))
+        self.first = row_of(START, *self.now)
         self._rows = [np.array([self.first])]
         self._phases = phases
         self._starts = np.array([start for start, _ in phases])
@@ -185,19 +185,19 @@ class SpannedRun:
 
     def span(self, how: Any, by: float, *, marked: bool) -> Engine:
         """Begin a span with the parameter changed, and a row to sample from; returns its engine."""
-        engine = self.engines.period(self.clock[TURNS], self.clock[PHASE], how, by)
+        clock, _state, count = self.now
+        engine = self.engines.period(clock[TURNS], clock[PHASE], how, by)
         if marked:  # one that begins at rest ends a stick and begins one
-            kinds = (RELEASE, STICK) if self.count[STUCK] else (MARK,)
-            here = self.clock, self.state, self.count
-            self._rows += [np.array([row_of(kind, *here)]) for kind in kinds]
+            kinds = (RELEASE, STICK) if count[STUCK] else (MARK,)
+            self._rows += [np.array([row_of(kind, *self.now)]) for kind in kinds]
         return engine
 
     def run(
         self, engine: Engine, buffer: np.ndarray, end: tuple[float, float], legs: int
     ) -> tuple[int, np.ndarray]:
         """Call the engine once, to the end or a full buffer: status and new rows."""
-        found = engine.run(self.clock, self.state, self.count, buffer, *end, legs)
-        self._rows.append(buffer[: self.count[ROW_COUNT]].copy())
+        found = engine.run(self.now, buffer, end, legs)
+        self._rows.append(buffer[: self.now.counts[ROW_COUNT]].copy())
         return found, self._rows[-1]
 
     def run_on(
@@ -206,9 +206,9 @@ class SpannedRun:
         """Call the engine until the end, however often the buffer fills: status."""
 
         def on(left: int) -> int:
-            return engine.run(self.clock, self.state, self.count, buffer, *end, left)
+            return engine.run(self.now, buffer, end, left)
 
-        found, rows = run_on(on, self.count, buffer, legs)
+        found, rows = run_on(on, self.now.counts, buffer, legs)
         self._rows += rows
         return found
 
@@ -217,7 +217,7 @@ class SpannedRun:
         engines: Any = self.engines
         return assemble(
             self.oscillator, engines, self.phase, self.first, np.concatenate(self._rows),
-            self.clock, self.state, self.count, STATUS[status],
+            *self.now, STATUS[status],
         )  # fmt: skip
 
 
@@ -231,14 +231,14 @@ def run_nudged(
 ) -> tuple[Motion, Nudged]:
     """Simulate an oscillator under OGY control."""
     going = SpannedRun(oscillator, phases, phase=phase, **options)
-    engines, state = going.engines, going.state
+    engines, (_clock, state, count) = going.engines, going.now
     buffer, found = np.empty((CHUNK, COLUMNS)), DONE
     swing = pace(oscillator)
     for n in range(math.ceil(length - 1e-12)):
         how, by = going.controller(n), 0.0
         if how is not None:
             at, moving = base_motion(oscillator, swing * (TURN * n + phase))
-            x = float(engines.place(going.count[MODE], state[Q]) + at)
+            x = float(engines.place(count[MODE], state[Q]) + at)
             by, _ = nudge(how, np.array([x, float(state[V] * engines.omega + moving)]))
         engine = going.span(how, by, marked=n > 0)
         end = after(phase, min(n + 1.0, length))

@@ -36,7 +36,8 @@ def run_spiked(
 ) -> tuple[Motion, Nudged]:
     """Simulate an oscillator under interval feedback, with one parameter change per impact."""
     going = SpannedRun(oscillator, phases, phase=phase, **options)
-    clock, buffer, end = going.clock, np.empty((SMALL, COLUMNS)), after(phase, length)
+    clock, _state, count = going.now
+    buffer, end = np.empty((SMALL, COLUMNS)), after(phase, length)
     listener = Listener(phases)
     last: np.ndarray | None = None
     engine, by = going.span(None, 0.0, marked=False), 0.0
@@ -44,7 +45,7 @@ def run_spiked(
     ample = np.empty((SMALL + len(oscillator.stops), COLUMNS))
     going.run(engine, ample, after(phase, 0.0), LEGS_AT_LEAST)
     while True:
-        going.count[LEG_COUNT] = 0
+        count[LEG_COUNT] = 0
         found, new = going.run(engine, buffer, end, LEGS_AT_LEAST)
         if found != FULL:
             break

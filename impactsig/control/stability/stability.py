@@ -15,7 +15,7 @@ from ...dynamics.arguments import parameter_values
 from ...dynamics.periodic.collocation import NODES
 from ...dynamics.periodic.flow_orbits import FlowOrbit
 from ...dynamics.periodic.orbits import PeriodicOrbit
-from ...dynamics.tangents.batch import batch_error
+from ...dynamics.tangents.growth import batch_error
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow

@@ -10,6 +10,7 @@ import numpy as np
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate import Motion
+from ...simulate.basis.contract import Moment
 from ...simulate.basis.events import (
     COLUMNS,
     DONE,
@@ -57,7 +58,7 @@ class Settled:
         recur.
     status : str
         As that of a Motion.
-    where : tuple of numpy.ndarray
+    where : Moment
         Clock, state and counters of the engine at the end of what was followed.
     """
 
@@ -66,7 +67,7 @@ class Settled:
     strobes: np.ndarray
     closed: int
     status: str
-    where: tuple[np.ndarray, np.ndarray, np.ndarray]
+    where: Moment
 
     def closing(self) -> Settled:
         """Move to the orbit that the motion converges to, if it has not closed yet."""
@@ -105,7 +106,7 @@ class Settled:
     def motion(self, periods: int) -> Motion:
         """The motion over the next periods."""
         run = Run(self.oscillator, periods=1, **self.start)
-        run.clock, run.state, run.count = self.where
+        run.now = self.where
         run.before = float(len(self.strobes) - 1)
         run.status = self.status
         return run.motion(periods)
@@ -133,10 +134,10 @@ def settle(
 def _alone(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, Any]) -> Settled:
     """One oscillator by the exact engine."""
     run = Run(oscillator, periods=1, **start)
-    engine, where = run.engine, (run.clock, run.state, run.count)
+    engine, where = run.engine, run.now
     assert isinstance(engine, ExactEngine)
     strobes = np.empty((periods + 1, STROBE))
-    strobes[0] = engine.place(run.count[MODE], run.state[Q]), run.state[V], 0, 0.0
+    strobes[0] = engine.place(where.counts[MODE], where.state[Q]), where.state[V], 0, 0.0
     status, last, closed, _ = follow(
         engine.problem, engine.scratch, *engine.laws, *where, strobes, 1, rule, NOTHING_KNOWN
     )
@@ -147,8 +148,8 @@ def _stepped(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, A
     """One oscillator by the stepping engine."""
     tolerance, longest, ends, legs = rule
     run = Run(oscillator, periods=1, **start)
-    engine, clock, state, count = run.engine, run.clock, run.state, run.count
-    where = clock, state, count
+    engine, where = run.engine, run.now
+    clock, state, count = where
     strobes = np.empty((periods + 1, STROBE))
     strobes[0] = engine.place(count[MODE], state[Q]), state[V], 0, 0.0
     none = np.empty((0, COLUMNS))
@@ -156,7 +157,7 @@ def _stepped(oscillator: Oscillator, periods: int, rule: Any, start: dict[str, A
     for n in range(1, periods + 1):
         impacts, energy = count[IMPACT_COUNT], state[LOST]
         count[LEG_COUNT] = 0
-        status = engine.run(clock, state, count, none, clock[TURNS] + 1.0, clock[PHASE], legs)
+        status = engine.run(where, none, (clock[TURNS] + 1.0, clock[PHASE]), legs)
         if status != DONE:
             return Settled(oscillator, start, strobes[:n], 0, STATUS[status], where)
         place = engine.place(count[MODE], state[Q])

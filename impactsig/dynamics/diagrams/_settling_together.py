@@ -10,6 +10,7 @@ import numpy as np
 from ...oscillators import Oscillator
 from ...simulate import Motion
 from ...simulate.basis.columns import columns_of, form_of
+from ...simulate.basis.contract import Moment
 from ...simulate.basis.events import DONE, STATUS
 from ...simulate.basis.frame import first_phase, place_of
 from ...simulate.batches.moving import Moving, in_threads
@@ -116,7 +117,7 @@ class Settling:
             Settled(
                 machines[which[k]], start, strobes[k, : ended[k, TAKEN] + 1].copy(),
                 int(ended[k, CLOSED]), STATUS[ended[k, STATUS_OF]],
-                (begun.clocks[k].copy(), begun.states[k].copy(), begun.counts[k].copy()),
+                Moment(begun.clocks[k].copy(), begun.states[k].copy(), begun.counts[k].copy()),
             )
             for k in range(n)
         ]  # fmt: skip

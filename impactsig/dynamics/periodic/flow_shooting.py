@@ -25,10 +25,8 @@ def depends_on_time(flow: Flow, period: float) -> bool:
     At the initial state and beside it, where no coordinate is 0, at instants that no force of
     another period meets at one phase only.
     """
-    y = np.array(flow.initial)
     times = SPAN * period * np.append(0.0, np.arange(1, LOOKS) * GOLDEN % 1.0)
-    for share in (0.0, GOLDEN, -(GOLDEN**3)):
-        beside = y + share * (1 + np.abs(y)) * np.sqrt(np.arange(1, len(y) + 1))
+    for beside in _places(flow):
         rates = [rate_at(flow, t, beside) for t in times]
         if not all(np.array_equal(own, rates[0], equal_nan=True) for own in rates[1:]):
             return True
@@ -37,15 +35,20 @@ def depends_on_time(flow: Flow, period: float) -> bool:
 
 def recurs(flow: Flow, period: float) -> bool:
     """Whether the rates have the period, judged by samples."""
-    y = np.array(flow.initial)
     times = SPAN * period * (np.arange(1, LOOKS) * GOLDEN % 1.0)
-    for share in (0.0, GOLDEN, -(GOLDEN**3)):
-        beside = y + share * (1 + np.abs(y)) * np.sqrt(np.arange(1, len(y) + 1))
+    for beside in _places(flow):
         now = np.array([rate_at(flow, t, beside) for t in times])
         later = np.array([rate_at(flow, t + period, beside) for t in times])
         if not np.allclose(now, later, rtol=0, atol=SAME * np.nanmax(np.abs(now)), equal_nan=True):
             return False
     return True
+
+
+def _places(flow: Flow) -> list[np.ndarray]:
+    """The initial state and two beside it."""
+    y = np.array(flow.initial)
+    aside = (1 + np.abs(y)) * np.sqrt(np.arange(1, len(y) + 1))
+    return [y + share * aside for share in (0.0, GOLDEN, -(GOLDEN**3))]
 
 
 def rate_at(flow: Flow, t: float, y: np.ndarray) -> np.ndarray:

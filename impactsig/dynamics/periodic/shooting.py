@@ -184,8 +184,19 @@ class OscillatorShooting(Shooting):
         """Points of a long motion that nearly return after n periods, the closest first.
 
         Then, if asked, so many by so many points spread over where it goes and half as far again.
+
+        Raises
+        ------
+        InvalidInput
+            If the motion ends before it can return.
         """
         points = self.strobed()
+        if len(points) <= self.periods:
+            raise InvalidInput(
+                "system", self.system, "one that moves on for long enough to look for returns",
+                "Its motion ended early, as the status of simulate() says; find_periodic_orbit "
+                "takes guess=",
+            )  # fmt: skip
         scale = np.array([1.0, 1 / self.omega])
         off = np.hypot(*((points[self.periods :] - points[: -self.periods]) * scale).T)
         extent = np.maximum(np.ptp(points, axis=0), 1e-3 * np.abs(points).max())

@@ -50,7 +50,8 @@ class Follower:
         self.totals = np.zeros(TOTALS)
         self.collapses = np.empty((LISTED, 3))
         self.place = np.zeros(6)
-        self.place[PHASE], self.place[IN_MODE], self.place[LAST] = run.phase, run.count[MODE], 0
+        self.place[PHASE], self.place[IN_MODE] = run.phase, run.now.counts[MODE]
+        self.place[LAST] = 0
         self._buffer = np.empty((ROOM, COLUMNS))
         self._at = 0.0
         self._tangent: _Exact | _Stepped = (
@@ -80,7 +81,7 @@ class Follower:
             self._at = min(self._at + piece, until)
             status, rows = run._move(self._at, self._buffer)
             self._tangent.carry(
-                rows, run.clock[:2], instants, taken, self.place, self.columns, self.totals,
+                rows, run.now.clock[:2], instants, taken, self.place, self.columns, self.totals,
                 self.collapses, self.orthonormal,
             )  # fmt: skip
         passed = int(self.place[NEXT])
@@ -124,9 +125,9 @@ class _Stepped:
         stops = len(run.oscillator.stops)
         self.problem: Any = engine._problem, engine._tableau, engine._functions, engine._scratch
         self.motion = np.zeros(STOPS + 3 * stops)
-        self.motion[Q], self.motion[V] = run.state[:2]
-        self.motion[STOPS : STOPS + stops] = run.state[APPROACH:]
-        start = np.array(row_of(START, run.clock, run.state, run.count))
+        self.motion[Q], self.motion[V] = run.now.state[:2]
+        self.motion[STOPS : STOPS + stops] = run.now.state[APPROACH:]
+        start = np.array(row_of(START, *run.now))
         problem, _tableau, functions, scratch = self.problem
         place[IN_MODE] = mode_of(problem, functions, scratch, start, self.motion[STOPS:])
         self.room: Any = np.empty((13, 4)), np.empty(stops), np.empty(3), np.empty((2, 2))

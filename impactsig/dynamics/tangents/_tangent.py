@@ -26,7 +26,7 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.exact.flow import phase_of
+from ...simulate.exact.flow import push
 from ...simulate.exact.passing import touches
 from ._saltation import approach_of, hit, set_off, slope_of_return, stick, turn
 from .columns import (
@@ -92,18 +92,6 @@ def span(p, i, tau, columns, totals, orthonormal):
 
 
 @inlined
-def force(p, turns, phase):
-    """Forcing and its first derivative."""
-    f = f1 = 0.0
-    for j in range(len(p.ratio)):
-        angle = phase_of(p.ratio[j], turns, phase)
-        c, s = math.cos(angle), math.sin(angle)
-        f += p.force_cos[j] * c + p.force_sin[j] * s
-        f1 += p.ratio[j] * (p.force_sin[j] * c - p.force_cos[j] * s)
-    return f, f1
-
-
-@inlined
 def acceleration(p, i, f, q, v):
     """Acceleration in mode i under the forcing f."""
     return f + p.constant[i] - p.kappa[i] * q - 2 * p.delta[i] * v
@@ -130,7 +118,7 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
         rho = -v / come
         if p.restitution[stop] == -2.0:
             rho = slope_of_return(upper if p.side[stop] > 0 else lower, abs(come), p.speed)
-        f, _f1 = force(p, row[TURNS], row[PHASE])
+        f, _f1, _f2 = push(p, row, 0.0)
         a, b = acceleration(p, before, f, q, come), acceleration(p, after, f, q, v)
         hit(columns, totals, collapses, row, come, rho, a, b)
     elif kind in (TOUCH, PART):
@@ -139,14 +127,14 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
             change = 0.0
             if at_once and place[LAST] == IMPACT and v != 0.0:
                 # The impact has turned the velocity, and with it what a stop that only pushes does.
-                f, _f1 = force(p, row[TURNS], row[PHASE])
+                f, _f1, _f2 = push(p, row, 0.0)
                 place_before = q + p.origin[after] - p.origin[before]
                 a = acceleration(p, before, f, place_before, v)
                 change = (acceleration(p, after, f, q, v) - a) / v
         multiply(columns, 1.0, 0.0, change, 1.0)
         totals[IMPACTS] += kind == TOUCH
     elif kind == REVERSE and not (at_once and place[LAST] == START):
-        f, _f1 = force(p, row[TURNS], row[PHASE])
+        f, _f1, _f2 = push(p, row, 0.0)
         a, b = acceleration(p, before, f, q, 0.0), acceleration(p, after, f, q, 0.0)
         turn(columns, totals, a, b)
 
@@ -155,7 +143,7 @@ def jump(p, row, place, columns, totals, collapses, at_once, upper, lower):
 def let_go(p, row, columns, totals, orthonormal):
     """Saltation when friction releases the mass; the lost column begins anew."""
     after = int(row[ROW_MODE])
-    f, f1 = force(p, row[TURNS], row[PHASE])
+    f, f1, _f2 = push(p, row, 0.0)
     if f1 == 0.0:
         totals[SINGULAR] += 1
         return

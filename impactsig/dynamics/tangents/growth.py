@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .batch import batch_error
-
 BATCHES = 64
+FEWEST = 8  # batches that still tell a scatter
 
 
 class Growth(NamedTuple):
@@ -81,3 +80,27 @@ def measured(omega: Any, start: np.ndarray, instants: np.ndarray, taken: np.ndar
 
     turns, phase = np.moveaxis(instants - start, -1, 0)
     return (2 * math.pi * turns + phase) / omega, taken[..., [FIRST, SECOND]]
+
+
+def batch_error(rates: np.ndarray) -> np.ndarray:
+    """Standard error of the mean of the rows, by batch means.
+
+    Neighbouring pieces may depend on each other: they are joined two by two, and the greatest of
+    the errors that the joined ones give is taken.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (n, ...)
+        Means over n pieces of one length.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        NaN where there are fewer than 8 pieces.
+    """
+    error = np.full(rates.shape[1:], math.nan)
+    while len(rates) >= FEWEST:
+        error = np.fmax(error, rates.std(axis=0, ddof=1) / math.sqrt(len(rates)))
+        even = rates[: len(rates) // 2 * 2]
+        rates = (even[::2] + even[1::2]) / 2
+    return error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -322,7 +323,7 @@ def _of_path(
 def _of_flow(
     flow: Flow, length: float, transient: float, initial: Sequence[float] | None
 ) -> LyapunovSpectrum:
-    from ...simulate.basis.events import DONE, EXHAUSTED
+    from ...simulate.basis.events import DIVERGED, DONE, STATUS
     from ._flow_tangent import carry
 
     running = Running(flow, None, initial)
@@ -331,14 +332,14 @@ def _of_flow(
     room = np.empty((d, d)), np.zeros(d), np.empty((13, d, d)), np.empty((d, d)), *np.empty((2, d))
     times, grown = [], []
     for edge in [transient, *edges_of(transient, length)]:
-        status = EXHAUSTED
-        while status == EXHAUSTED:
-            status = carry(
-                running.tableau, running.field, running.scratch, running.course, edge, STEPS,
-                columns, growth, *room,
-            )  # fmt: skip
-        if status != DONE or not np.isfinite(growth).all():
-            status = EXHAUSTED
+        on = partial(
+            carry, running.tableau, running.field, running.scratch, running.course, edge, STEPS,
+            columns, growth, *room,
+        )  # fmt: skip
+        status = running.until(edge, on)
+        if status == DONE and not np.isfinite(growth).all():
+            status = DIVERGED
+        if status != DONE:
             break
         if edge == transient:
             growth[:] = 0.0
@@ -352,7 +353,7 @@ def _of_flow(
         np.array(grown).reshape(-1, d),
         0,
         divergence,
-        status="complete" if status == DONE else "diverged",
+        status=STATUS[status],
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import exprel
 
 from ..._compiled import njit
-from .._neighbors import partition
+from .._neighbors import build
 
 NEGLIGIBLE = 17.0
 """Exponent beyond which pairs of leaves are left out: exp(-17) is 4e-8."""
@@ -66,7 +66,7 @@ class Leaves(NamedTuple):
 def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves:
     """The k-d tree of the vectors, shape (n, m), with time and block of each."""
     points, order = np.array(vectors, order="C"), np.arange(len(vectors))
-    begin, end, low, high = _build(points, order)
+    begin, end, low, high = build(points, order, LANES, True)
     return Leaves(
         np.ascontiguousarray(points.T),
         times[order].astype(np.float64),
@@ -76,37 +76,6 @@ def leaves(vectors: np.ndarray, times: np.ndarray, blocks: np.ndarray) -> Leaves
         low,
         high,
     )
-
-
-@njit(nogil=True)
-def _build(points, order):
-    """Sort the points and `order` into tree order; returns the bounding boxes."""
-    n, m = points.shape
-    levels = 0
-    while n > (LANES << levels):
-        levels += 1
-    nodes, inner = (2 << levels) - 1, (1 << levels) - 1
-    begin, end = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
-    low, high = np.full((nodes, m), np.inf), np.full((nodes, m), -np.inf)
-    end[0] = n
-    for k in range(nodes):
-        a, b = begin[k], end[k]
-        for i in range(a, b):
-            for d in range(m):
-                low[k, d] = min(low[k, d], points[i, d])
-                high[k, d] = max(high[k, d], points[i, d])
-        if k < inner:
-            widest = 0
-            for d in range(1, m):
-                if high[k, d] - low[k, d] > high[k, widest] - low[k, widest]:
-                    widest = d
-            full = (b - a + LANES - 1) // LANES
-            half = min(a + LANES * ((full + 1) // 2), b)
-            if half < b:
-                partition(points, order, a, b, half, widest)
-            begin[2 * k + 1], end[2 * k + 1] = a, half
-            begin[2 * k + 2], end[2 * k + 2] = half, b
-    return begin, end, low, high
 
 
 @njit(nogil=True)

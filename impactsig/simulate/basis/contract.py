@@ -2,17 +2,25 @@
 
 An engine works in the unit of time in which the forcing period (`Oscillator.forcing_period`) is a
 turn, 2 pi, and in coordinates in which the stops rest. It is called with arrays that it changes:
-clock, state and counters, and rows of events (`events` names their entries).
+a `Moment` and rows of events (`events` names their entries).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from .events import FULL, LEG_COUNT, ROW_COUNT
+
+
+class Moment(NamedTuple):
+    """Where a run is: clock, state and counters."""
+
+    clock: np.ndarray
+    state: np.ndarray
+    counts: np.ndarray
 
 
 class Engine(Protocol):
@@ -24,17 +32,8 @@ class Engine(Protocol):
     def begin(self, q: float, v: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """State and counters of a start at q, v (in the engine's units) and that phase."""
 
-    def run(
-        self,
-        clock: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        events: np.ndarray,
-        end_turns: float,
-        end_phase: float,
-        legs: int,
-    ) -> int:
-        """Advance to the end, or until the buffer of events is full; returns a status.
+    def run(self, now: Moment, events: np.ndarray, end: tuple[float, float], legs: int) -> int:
+        """Advance to the turns and phase of the end, or until the events are full; a status.
 
         An `events` without rows is not written to.
         """

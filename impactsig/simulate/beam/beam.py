@@ -142,12 +142,23 @@ def hit(beam, state, clock, count, totals, events):
 
 
 @inner
+def opens(beam, regime, state, clock):
+    """Whether the gap of a regime, which is closed, opens by the motion to come."""
+    terms, _value = begin(beam, regime, state, clock)
+    _d, g1, _g2, _g3, _most, _third = evaluate(beam.scratch, terms, 0.0)
+    return g1 >= 0
+
+
+@inner
 def meet(beam, state, clock, count, totals, events):
     """Touch or leave the soft stop; the next regime and the kind of its start, as `hit`."""
     speed = -gap_rate(beam, state, clock)
-    if abs(speed) > 1e-13 * fastest(beam, state):
-        known, pressed = TOUCHING, speed > 0
-    else:
+    known, pressed = TOUCHING, speed > 0
+    moves = abs(speed) > 1e-13 * fastest(beam, state)
+    if moves and not abs(speed) > 1e-6 * totals[GREATEST] > 0.0:
+        # A slow one may be rounding all the same, which the motion to come does not bear out.
+        moves = opens(beam, CONTACT if pressed else FREE, state, clock)
+    if not moves:
         known, pressed = AT_REST, rest_on(beam, state, clock)
     if pressed:
         totals[GREATEST] = max(totals[GREATEST], speed)

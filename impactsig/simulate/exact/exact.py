@@ -11,6 +11,7 @@ from .modes import Stack, tables, taken
 from .starts import begun
 
 if TYPE_CHECKING:
+    from ..basis.contract import Moment
     from .flow import Problem, Scratch
 
 
@@ -40,23 +41,11 @@ class ExactEngine:
         states, counts = begun(self.stack, np.array([q]), np.array([v]))
         return states[0], counts[0]
 
-    def run(
-        self,
-        clock: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        events: np.ndarray,
-        end_turns: float,
-        end_phase: float,
-        legs: int,
-    ) -> int:
+    def run(self, now: Moment, events: np.ndarray, end: tuple[float, float], legs: int) -> int:
         """Move to the end, writing events until they are full; a status."""
         from .engine import run
 
-        return run(
-            self.problem, self.scratch, clock, state, count, events, end_turns, end_phase, legs,
-            *self.laws,
-        )  # fmt: skip
+        return run(self.problem, self.scratch, *now, events, *end, legs, *self.laws)
 
     def place(self, mode: Any, q: Any) -> Any:
         """Position in the coordinates of the stops, of positions from the origins of modes."""

@@ -12,7 +12,7 @@ from ..._arguments import instance, number
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
-from ..basis.events import DIVERGED, ENDLESS, EXHAUSTED, TIME
+from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, TIME
 from ..basis.tableau import GAUGE_DEGREE, flow_tableau
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ WITH_STOPS = (
     "passes a level"
 )
 STEPS = 50_000  # in a call of a kernel, so that a run can be interrupted
-PATIENCE = 20  # calls without a spike after which none is waited for
+PATIENCE = 20  # calls without a spike, or at a creep, after which none is waited for
+CREEP = 1e-7  # of the time to the end: calls that get no further would take days
 
 
 class Running:
@@ -90,46 +91,63 @@ class Running:
         """States at instants, ascending, and why there are no more."""
         from .flow_steps import states
 
-        out = np.empty((len(instants), self.field.size))
-        status, done = EXHAUSTED, 0
-        with following(float(np.max(instants, initial=0.0)), " s", lambda: self.time):
-            while status == EXHAUSTED and len(instants):
-                status, done = states(
-                    self.tableau, self.field, self.scratch, self.course, instants, out, done, STEPS
-                )
-        return out[:done], self._diverged() if status == DIVERGED else ""
+        out, done = np.empty((len(instants), self.field.size)), 0
+
+        def on() -> int:
+            nonlocal done
+            status, done = states(
+                self.tableau, self.field, self.scratch, self.course, instants, out, done, STEPS
+            )
+            return int(status)
+
+        end = float(np.max(instants, initial=0.0))
+        with following(end, " s", lambda: self.time):
+            status = self.until(end, on) if len(instants) else DONE
+        return out[:done], "" if status == DONE else self._why(status)
+
+    def until(self, end: float, on: Callable[[], int]) -> int:
+        """Call a kernel until it is done or no longer gets on; its status.
+
+        Before a pole, and where a flow has become too stiff, steps shrink without end.
+        """
+        status, slow = EXHAUSTED, 0
+        while status == EXHAUSTED and slow < PATIENCE:
+            since = self.time
+            status = on()
+            slow = slow + 1 if self.time - since <= CREEP * end else 0
+        return status
 
     def spikes(self, task: Task) -> tuple[np.ndarray, str]:
         """Instants of the spikes, and why there are no more."""
         from .flow_spikes import spikes
 
         found: list[np.ndarray] = []
-        status, silent = EXHAUSTED, 0
-        timed = math.isfinite(task.end)
-        total = task.end if timed else float(task.wanted)
+        timed, silent = math.isfinite(task.end), 0
+
+        def on() -> int:
+            nonlocal task, silent
+            status, times = spikes(self.tableau, self.field, task, self.scratch, self.course, STEPS)
+            found.append(times)
+            task = task._replace(wanted=task.wanted - len(times))
+            silent = 0 if len(times) else silent + 1
+            return ENDLESS if silent == PATIENCE and not timed else int(status)
+
         with following(
-            total,
+            task.end if timed else float(task.wanted),
             " s" if timed else " spikes",
             lambda: self.time if timed else float(sum(map(len, found))),
         ):
-            while status == EXHAUSTED:
-                status, times = spikes(
-                    self.tableau, self.field, task, self.scratch, self.course, STEPS
-                )
-                found.append(times)
-                task = task._replace(wanted=task.wanted - len(times))
-                silent = 0 if len(times) else silent + 1
-                if silent == PATIENCE and not timed:
-                    status = ENDLESS
+            status = self.until(task.end if timed else 0.0, on)
         times = np.concatenate(found)
-        if status == DIVERGED:
-            return times, self._diverged()
         if status == ENDLESS:
             return times, f"no further spike came to t = {self.time:g}"
-        return times, ""
+        return times, "" if status == DONE else self._why(status)
 
-    def _diverged(self) -> str:
-        return f"the flow, or its signal, left the finite numbers at t = {self.time:g}"
+    def _why(self, status: int) -> str:
+        """Why a run did not come to its end."""
+        if status == DIVERGED:
+            return f"the flow, or its signal, left the finite numbers at t = {self.time:g}"
+        return f"the steps became too short to go on at t = {self.time:g}"
 
 
 def _check_rates(flow: Flow, state: np.ndarray) -> None:

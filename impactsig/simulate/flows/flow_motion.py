@@ -13,7 +13,7 @@ from ..._showing import drawn_by
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
-from ..basis.events import EXHAUSTED, TIME
+from ..basis.events import EXHAUSTED, STATUS, TIME
 from ..moved import Moved
 from ..run import LONGEST
 from .course import STEPS, Running
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     from .flow_steps import Course
 
 AT_A_TIME = 64  # steps between two looks whether all that was asked for is there
+ENDED = {
+    "complete": "",
+    "diverged": ", where the flow diverged",
+    "work limit": ", where its steps became too short to go on",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,7 +42,8 @@ class FlowMotion(Moved):
     final : ndarray, shape (d,)
         State at the end: what `simulate` takes as `initial` to go on.
     status : str
-        "complete"; "diverged" where the flow left the finite numbers: the span ends before.
+        "complete"; "diverged" where the flow left the finite numbers, "work limit" where its steps
+        became too short to go on: the span ends before.
 
     See Also
     --------
@@ -70,8 +76,7 @@ class FlowMotion(Moved):
         InvalidInput
             If a time is outside the span.
         """
-        ended = "" if self.status == "complete" else f", where the flow {self.status}"
-        asked = times_within(time, self.start, self.stop, ended=ended)
+        asked = times_within(time, self.start, self.stop, ended=ENDED[self.status])
         instants, back = np.unique(np.clip(asked, self.start, self.stop), return_inverse=True)
         out = np.empty((len(instants), self.system.dimension))
         begins = np.array([mark.clock[TIME] for mark in self._marks])
@@ -130,21 +135,26 @@ def move(
     start = number("transient", transient, least=0.0, most=LONGEST)
     running = Running(flow, None, initial)
     course, end = running.course, np.array([start + length])
-    marks, status, out = [_copy(course)], EXHAUSTED, np.empty((1, running.field.size))
+    marks, done, out = [_copy(course)], 0, np.empty((1, running.field.size))
+
+    def on() -> int:
+        nonlocal done
+        status, done = states(
+            running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
+        )
+        if status == EXHAUSTED:
+            marks.append(_copy(course))
+        return int(status)
+
     with following(start + length, " s", lambda: running.time):
-        while status == EXHAUSTED:
-            status, done = states(
-                running.tableau, running.field, running.scratch, course, end, out, 0, STEPS
-            )
-            if status == EXHAUSTED:
-                marks.append(_copy(course))
+        status = running.until(start + length, on)
     stop = float(end[0]) if done else running.time
     return FlowMotion(
         system=flow,
         start=min(start, stop),
         duration=max(stop - start, 0.0),
         final=course.state[: flow.dimension].copy(),
-        status="complete" if done else "diverged",
+        status=STATUS[status],
         _marks=tuple(marks),
         _end=float(end[0]),
     )

@@ -19,13 +19,6 @@ from ..basis.events import (
     PART,
     PHASE,
     REVERSE,
-    ROW_APPROACH,
-    ROW_COUNT,
-    ROW_KIND,
-    ROW_MODE,
-    ROW_Q,
-    ROW_STOP,
-    ROW_V,
     STEP,
     STICK,
     STICK_COUNT,
@@ -37,6 +30,7 @@ from ..basis.events import (
 )
 from ..basis.laws import LAW, PLACE, PUSHER, RESTITUTION, RIGID, SIDE
 from ..exact.passing import CALM
+from ..exact.passing import note as write
 from .crossing import AGAIN, LEAVE, MEANING, OF_STOP, REACH, REST
 from .rates import OUT, PUSHING, SLACK, WEIGHT, jerk, open_leg, origin, pull, status
 from .rest import departure, rigid_at
@@ -62,17 +56,7 @@ def slide(count, direction):
 @inner
 def note(events, count, clock, state, kind, k, approach):
     """Write one event."""
-    if len(events) == 0:
-        return
-    row = events[count[ROW_COUNT]]
-    row[TURNS], row[PHASE], row[ROW_KIND], row[ROW_STOP] = clock[TURNS], clock[PHASE], kind, k
-    row[ROW_MODE], row[ROW_Q], row[ROW_V], row[ROW_APPROACH] = (
-        count[MODE],
-        state[Q],
-        state[V],
-        approach,
-    )
-    count[ROW_COUNT] += 1
+    write(events, count, clock, kind, k, count[MODE], state[Q], state[V], approach)
 
 
 @inner

@@ -64,6 +64,7 @@ class Problem(NamedTuple):
     chatter: float
     fixed: float  # step, or 0: adaptive
     tolerance: float
+    rounding: float  # of the acceleration, by forces that may cancel
     longest: float
     far: float  # displacement or velocity at which a motion has diverged
 

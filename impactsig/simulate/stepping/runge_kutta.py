@@ -21,6 +21,7 @@ from ..basis.tableau import DEGREE, tableau
 from ..exact.user import compiled, restitution_laws
 
 if TYPE_CHECKING:
+    from ..basis.contract import Moment
     from .rates import Functions, Problem
 
 BEYOND = 2.0**53
@@ -182,22 +183,13 @@ class SteppingEngine:
         count[MODE] = mode
         return state, count
 
-    def run(
-        self,
-        clock: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        events: np.ndarray,
-        end_turns: float,
-        end_phase: float,
-        legs: int,
-    ) -> int:
+    def run(self, now: Moment, events: np.ndarray, end: tuple[float, float], legs: int) -> int:
         """Move to the end, writing events until they are full; a status."""
         from .stepping import run
 
         return run(
             self._problem, self._tableau, self._functions, self._scratch,
-            clock, state, count, events, float(end_turns), float(end_phase), int(legs),
+            *now, events, *map(float, end), int(legs),
         )  # fmt: skip
 
     def place(self, mode: Any, q: Any) -> Any:
@@ -277,11 +269,12 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
     lengths = [abs(stop.position) for stop in oscillator.stops]
     lengths += [amplitude / ratio**2 for ratio, amplitude, _ in waves]
     size = max([*lengths, abs(oscillator.load) / inertia, carried.amplitude if carried else 0.0])
+    constant, swung = oscillator.load / inertia, np.array(waves, float).reshape(-1, 3)
     return Problem(
         kappa=stiffness / inertia,
         damping=damping / (mass * omega),
-        constant=oscillator.load / inertia,
-        waves=np.array(waves, float).reshape(-1, 3),
+        constant=constant,
+        waves=swung,
         fastest=fastest,
         stops=np.array(stops, float).reshape(-1, 8),
         order=np.array(order, np.int64),
@@ -297,6 +290,7 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
         chatter=chatter,
         fixed=2 * math.pi / (steps * swings(oscillator)) if steps else 0.0,
         tolerance=method.tolerance if isinstance(method, RungeKutta) else 1e-10,
+        rounding=1e-15 * (abs(constant) + float(np.abs(swung[:, 1]).sum())),
         # An eighth of the fastest period: shorter swings than that the error estimate may not see.
         longest=2 * math.pi / 8 / fastest,
         far=BEYOND * size if size > 0 else OVERFLOWS,

@@ -53,12 +53,12 @@ def take(fixed, tab, f, leg, s, h, y, v, a):
 
 
 @inlined
-def error(tolerance, rate, tab, s, h, y, v, dv, speed):
+def error(p, rate, tab, s, h, y, v, dv, speed):
     """Error of the step just taken, in units of the tolerance.
 
     In units of velocity: a displacement counts by the rate of the leg. The tolerance is relative to
     the speed and what the step changes of it, but to no less than a thousandth of the greatest
-    speed so far; and rounding is no error of the step's.
+    speed so far; and rounding, of forces that cancel too, is no error of the step's.
     """
     q3 = v3 = q5 = v5 = 0.0
     for i in range(13):
@@ -71,7 +71,7 @@ def error(tolerance, rate, tab, s, h, y, v, dv, speed):
     if n5 == 0.0 and n3 == 0.0:
         return 0.0
     scale = max(abs(v), abs(v + dv), h * abs(s.kv[0]), 1e-3 * speed)
-    allowed = tolerance * scale + 1e-15 * rate * abs(y)
+    allowed = max(p.tolerance * scale + 1e-15 * rate * abs(y), h * p.rounding)
     return h * n5 / math.sqrt(2 * (n5 + 0.01 * n3)) / allowed
 
 
@@ -106,7 +106,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
         dq, dv = take(p.fixed, tab, f, leg, s, step, y, v, a)
         s.kq[12] = v + dv
         s.kv[12] = pull(f, leg, s, step, y + dq, v + dv)
-        size = error(p.tolerance, leg.rate, tab, s, step, y, v, dv, speed)
+        size = error(p, leg.rate, tab, s, step, y, v, dv, speed)
         if not math.isfinite(size):
             if step <= least:
                 return 0.0, dq, dv, h, tries
