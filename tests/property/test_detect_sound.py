@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.recordings import microphone
@@ -82,6 +82,7 @@ def test_an_offset_does_not_matter(offset, seed):
 
 
 @settings(max_examples=60, deadline=None)
+@example(1745, 1e-12, 3080, 4000.0)
 @given(
     st.integers(0, 3000),
     st.sampled_from([0.0, 1e-200, 1e-12, 1.0, 1e12]),

@@ -233,13 +233,14 @@ def search(
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
     clicks = are_clicks(np.concatenate(single))
     reason = ""
-    if not len(columns):
+    heard = columns[:, 1] > 0.0  # in samples that are mostly 0, an attack may have none to show
+    if not heard.any():
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likeliest:.2g}"
         )
     kept = distinct(instant, likely)
-    kept = kept[~clicks[kept]]
+    kept = kept[heard[kept] & ~clicks[kept]]
     found_impacts = SoundImpacts(
         instant[kept] / rate,
         columns[kept, 1],
