@@ -74,23 +74,39 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
-        early_one = math.hypot(first, COARSE / max(rise * length, 1.0))
-        late_one = math.hypot(last, COARSE / max(fall * length, 1.0))
-        _add_touches(row, early_one, late_one, timed)
+        _add_touches(
+            row,
+            math.hypot(first, COARSE / _samples_on(rise * length)),
+            math.hypot(last, COARSE / _samples_on(fall * length)),
+            timed,
+        )
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
 
 
 @inner
-def allow_for_few_samples(rows, alike, timed):
-    """Increase the errors of pulses that the family follows by what few samples do not show."""
+def allow_for_unseen(rows, alike, hidden, timed):
+    """Increase the errors of pulses that the family follows by what samples do not show.
+
+    Few samples on an edge, and a rest of mean square `hidden` that may be noise.
+    """
+    r = math.sqrt(hidden)
     for k in alike:
         parts = parts_of(rows[k, FIT + NOW :])
-        rise, fall = max(parts.rise, 1.0), max(parts.fall, 1.0)
+        rise, fall = _samples_on(parts.rise), _samples_on(parts.fall)
         flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
-        unseen = UNSEEN + (COARSE - UNSEEN) * flat
-        _add_touches(rows[k], unseen / rise, unseen / fall, timed)
+        few = UNSEEN + (COARSE - UNSEEN) * flat
+        length = parts.rise + parts.flat + parts.fall
+        first = math.hypot(few / rise, OFF_START * r * length)
+        last = math.hypot(few / fall, OFF_END * r * length)
+        _add_touches(rows[k], first, last, timed)
+
+
+@inner
+def _samples_on(edge):
+    """Samples on an edge, one at least: a touch lies between two."""
+    return max(edge, 1.0)
 
 
 @inner
