@@ -56,8 +56,10 @@ CREST = 8
 ALIKE, NOISE_TOO = 0.001, 1.5
 """Of the height, and times the noise of a stretch: what lies no farther below the highest stretch
 is the crest too."""
-DOUBT = 3.0 * math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
-"""Three standard deviations of the sum over these stretches of squares of noise over variances."""
+USUAL = math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
+"""Standard deviation of the sum over these stretches of squares of noise over variances."""
+DOUBT = 3.0 * USUAL
+"""What noise hardly ever leaves."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
 
@@ -127,7 +129,8 @@ def _samples(row, x, origin, room):
 def common_rest(rows, clear, x, origin, room):
     """The rest of the shape of clear pulses over their heights, in BINS stretches.
 
-    And its mean square over that of the heights, as far as it is more than noise.
+    And its mean square over that of the heights, as far as it is more than noise leaves; and as far
+    as it is more than noise usually leaves, which does not say that there is a rest.
     """
     total, beyond, weight = np.zeros(BINS), np.zeros(BINS), np.zeros(BINS)
     for j in clear:
@@ -166,7 +169,8 @@ def common_rest(rows, clear, x, origin, room):
                 shown += weight[b]
             total[b] *= max(1.0 - 1.0 / (weight[b] * total[b] ** 2 + 1e-300), 0.0)
     left = max(square - DOUBT, 0.0) / max(shown, 1e-300)
-    return total, left
+    hidden = max(square - USUAL, 0.0) / max(shown, 1e-300)
+    return total, left, hidden
 
 
 @inner

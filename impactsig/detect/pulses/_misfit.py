@@ -23,10 +23,11 @@ from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
 BETWEEN = 0.04
 """Samples, over the square of a steep edge's power: to no better is a touch between two read."""
-COARSE, UNSEEN = 0.5, 0.15
-"""Of a sample, over the samples of a contact: how far off a touch is for want of samples.
+COARSE, UNSEEN = 0.25, 0.075
+"""Of a sample, over the samples of an edge: how far off its touch is for want of samples.
 
-Where a misfit shows, and where none does: few samples follow any shape.
+Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
+shape, and where an edge of few samples turns into a flat top is not seen.
 """
 FARTHEST = 0.2
 """Contact times that a fit is moved."""
@@ -72,23 +73,45 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             row[1] += (end - start) * contact
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
-        _add_touches(row, first, last, COARSE / contact, timed)
+        length = _length(row)
+        _add_touches(
+            row,
+            math.hypot(first, COARSE / _samples_on(rise * length)),
+            math.hypot(last, COARSE / _samples_on(fall * length)),
+            timed,
+        )
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
 
 
 @inner
-def allow_for_few_samples(rows, alike, timed):
-    """Increase the errors of pulses that the family follows by what few samples do not show."""
+def allow_for_unseen(rows, alike, hidden, timed):
+    """Increase the errors of pulses that the family follows by what samples do not show.
+
+    Few samples on an edge, and a rest of mean square `hidden` that may be noise.
+    """
+    r = math.sqrt(hidden)
     for k in alike:
-        _add_touches(rows[k], 0.0, 0.0, UNSEEN / _length(rows[k]), timed)
+        parts = parts_of(rows[k, FIT + NOW :])
+        rise, fall = _samples_on(parts.rise), _samples_on(parts.fall)
+        flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
+        few = UNSEEN + (COARSE - UNSEEN) * flat
+        length = parts.rise + parts.flat + parts.fall
+        first = math.hypot(few / rise, OFF_START * r * length)
+        last = math.hypot(few / fall, OFF_END * r * length)
+        _add_touches(rows[k], first, last, timed)
 
 
 @inner
-def _add_touches(row, first, last, coarse, timed):
+def _samples_on(edge):
+    """Samples on an edge, one at least: a touch lies between two."""
+    return max(edge, 1.0)
+
+
+@inner
+def _add_touches(row, first, last, timed):
     """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
-    first, last = math.hypot(first, coarse), math.hypot(last, coarse)
     row[ERRORS] = math.hypot(row[ERRORS], first)
     if timed:
         row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)

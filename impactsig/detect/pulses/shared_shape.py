@@ -17,7 +17,7 @@ import numpy as np
 from ..._compiled import allocating, inner
 from ..signal.order_kernels import centre_of
 from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
-from ._misfit import allow_for_few_samples, correct_misfit, what_is_left
+from ._misfit import allow_for_unseen, correct_misfit, what_is_left
 from ._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
 from ._shared_shape_kernels import (
     AGAIN,
@@ -99,6 +99,7 @@ def share_shape(rows, x, origin, timed, told):
     clear = _clear(rows, alike)
     left = what_is_left(rows, alike)
     missed, steep = left > 0.0, _are_steep(rows, alike)
+    hidden = 0.0
     shown = missed and len(clear) >= LEAST and not steep
     rest, room = np.zeros(BINS), make_room()
     if len(alike) >= LEAST:
@@ -114,7 +115,7 @@ def share_shape(rows, x, origin, timed, told):
             linearize_anew(rows, alike, x, origin, rest, False, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
             if len(clear) >= LEAST:
-                left = common_rest(rows, clear, x, origin, room)[1]
+                _, left, hidden = common_rest(rows, clear, x, origin, room)
                 missed = left > 0.0
                 shown = missed
         if shown:
@@ -137,7 +138,7 @@ def share_shape(rows, x, origin, timed, told):
         rest = common_rest(rows, clear, x, origin, room)[0]
         correct_misfit(rows, alike, x, origin, left, rest, timed)
     else:
-        allow_for_few_samples(rows, alike, timed)
+        allow_for_unseen(rows, alike, hidden, timed)
 
 
 @allocating
