@@ -36,6 +36,9 @@ frequencies of the beam, at each with little scatter over series.
 BEYOND = 2.5
 """Standard errors by which the slope may be above one that leaves no line."""
 
+ALONG = 0.5 * math.log(2)
+"""Growth that a gap lacks whose halves were equal, and one of them does not grow."""
+
 CANDIDATES = 48
 """First and last steps tried, at most."""
 
@@ -167,18 +170,21 @@ def standard_error(line: Line) -> float:
     )
 
 
-def interval(line: Line) -> tuple[float, float]:
-    """95 % interval of the slope.
+def interval(line: Line, in_phase: bool = False) -> tuple[float, float]:
+    """95 % interval of the slope, of pairs that stay in phase or not.
 
     Steeper curves than `line.most` have no line, so that what is found is a selection of too low
     ones, the more so the nearer to that it is: of 2000 intervals of Lorenz' flow in four
     coordinates with 2 % of noise, half of the series have a line, and slopes are 17 % low. The
     upper end is that of a normal deviate known to be below that bound.
+
+    Pairs in phase may be apart along the flow too, where they stay so, and then grow by less.
     """
     error = standard_error(line)
     reach = float(stdtrit(BLOCKS - 1, 0.975)) * error
     wider = _selected((line.most - line.slope) / error) if error > 0 else 1.0
-    return line.slope - reach, line.slope + wider * reach
+    more = ALONG / (line.last - line.first) if in_phase else 0.0
+    return line.slope - reach, line.slope + wider * reach + more
 
 
 def _selected(bound: float) -> float:
