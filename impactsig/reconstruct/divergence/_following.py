@@ -113,12 +113,17 @@ def _in_phase(
     far = found.limit + (SATURATED if given.noise is None else SATURATED_FREED)
     if not LOWEST / 2 < level <= far - IN_PHASE or abs(rise) > FLAT:
         return found
-    curve, limit = found.freed or found.curve, level - BELOW
-    beyond = curve.stretch > limit
+    curve = found.freed or found.curve
+    beyond = curve.stretch > level - BELOW
     end = int(np.argmax(beyond)) - 1 if beyond.any() else found.end
-    left = -np.expm1(np.minimum(curve.stretch, limit) - level)
-    released = curve._replace(stretch=curve.stretch - np.log(left), blocks=curve.blocks / left)
-    return found._replace(end=min(end, found.end), limit=limit, level=level, released=released)
+    left = -np.expm1(np.minimum(curve.stretch - level, -BELOW))
+    raised = -np.log(left)
+    return found._replace(
+        end=min(end, found.end),
+        limit=level - BELOW + raised.max(),
+        level=level,
+        released=Curve(curve.stretch + raised, curve.blocks / left, curve.freed, raised),
+    )
 
 
 def _follow(given: Setting, steps: int) -> tuple[Followed, tuple[np.ndarray, np.ndarray]]:
