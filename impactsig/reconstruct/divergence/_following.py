@@ -37,7 +37,7 @@ LOOKS = 16
 """Steps at which the level is read."""
 
 FLAT = 0.3
-"""Rise over these steps at which gaps have not levelled off."""
+"""Rise over these steps at which gaps that never were as wide as any have not levelled off."""
 
 
 class Setting(NamedTuple):
@@ -111,7 +111,7 @@ def _in_phase(
     level = float(np.median(levels))
     rise = levels[LOOKS // 2 :].mean() - levels[: LOOKS // 2].mean()
     far = found.limit + (SATURATED if given.noise is None else SATURATED_FREED)
-    if not LOWEST / 2 < level <= far - IN_PHASE or abs(rise) > FLAT:
+    if not LOWEST / 2 < level <= far - IN_PHASE or (abs(rise) > FLAT and not found.ended):
         return found
     curve = found.freed or found.curve
     beyond = curve.stretch > level - BELOW
@@ -120,7 +120,7 @@ def _in_phase(
     raised = -np.log(left)
     return found._replace(
         end=min(end, found.end),
-        limit=level - BELOW + raised.max(),
+        limit=level - BELOW + float(raised.max()),
         level=level,
         released=Curve(curve.stretch + raised, curve.blocks / left, curve.freed, raised),
     )
