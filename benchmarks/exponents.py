@@ -6,7 +6,8 @@ and neurokit2 keep all distances and are left out where these take more than 1 G
 out where it is not installed. Coverage is of 100 beginnings at N = 2000: how often the 95 %
 interval holds the exponent, and its median width over that of the scatter; and, of as many
 beginnings under a known noise, of Hénon's map in two dimensions, of Lorenz' integrate-and-fire
-intervals in four, one fewer than these take, and of Rössler's, whose neighbours keep their phase. Writes results/exponents.json and exponents.md.
+intervals in four, one fewer than these take, and of Rössler's, whose neighbours keep their phase.
+Writes results/exponents.json and exponents.md.
 
     python -m benchmarks.exponents
 """

@@ -266,7 +266,7 @@ def test_neighbours_in_a_band_are_as_far_apart_as_that_is_wide(r):
     x = np.array(x[100:])
     found = lyapunov_exponent(x, dimension=2, value_error=0.0)
     assert found.interval[0] < np.log(abs(r * (1 - 2 * x))).mean() < found.interval[1]
-    # That of the gaps of values an even number of steps apart, in the same band, at the level of the kernel.
+    # That of values an even number of steps, and so no band, apart.
     gaps = np.abs(x[:1000] - x[1000:])
     assert found.level == pytest.approx(width(np.log(gaps), 0.0), abs=0.15)
 
