@@ -5,8 +5,9 @@ Hénon (m = 2, delay 1), the logistic map (m = 1) and Lorenz x (dt 0.04, m = 3, 
 and neurokit2 keep all distances and are left out where these take more than 1 GB; neurokit2 is left
 out where it is not installed. Coverage is of 100 beginnings at N = 2000: how often the 95 %
 interval holds the exponent, and its median width over that of the scatter; and, of as many
-beginnings under a known noise, of Hénon's map in two dimensions and of Lorenz' integrate-and-fire
-intervals in four, one fewer than these take. Writes results/exponents.json and exponents.md.
+beginnings under a known noise, of Hénon's map in two dimensions, of Lorenz' integrate-and-fire
+intervals in four, one fewer than these take, and of Rössler's, whose neighbours keep their phase.
+Writes results/exponents.json and exponents.md.
 
     python -m benchmarks.exponents
 """
@@ -26,7 +27,7 @@ import impactsig
 from impactsig import lyapunov_exponent
 from impactsig.reconstruct import classic
 from tests import naive_reconstruct_embed as series
-from tests.series import henon, lorenz_intervals, noisy
+from tests.series import henon, lorenz_intervals, noisy, roessler_intervals
 
 RESULTS = Path(__file__).parent / "results"
 SIZES = (1000, 2000, 5000, 20_000)
@@ -135,16 +136,17 @@ def coverage(case: str, method: str) -> dict:
 def known_noise() -> list[dict]:
     """The same where the errors of the values are known: errors and widths as shares."""
     rows = []
-    for name, make, dimension, sizes in (
-        ("henon", henon, 2, (500, 2000)),
-        ("lorenz intervals", lorenz_intervals, 4, (2000, 5000)),
+    for name, make, rate, dimension, sizes in (
+        ("henon", henon, None, 2, (500, 2000)),
+        ("lorenz intervals", lorenz_intervals, 0.9056, 4, (2000, 5000)),
+        ("rossler intervals", roessler_intervals, 0.0714, 3, (2000, 5000)),
     ):
         for n in sizes:
             for noise in (0.0, 0.02):
                 errors, halves = [], []
                 for seed in range(FIRST_SEED, FIRST_SEED + COVERAGE_SEEDS):
                     x = make(n, seed)
-                    truth = 0.4192 if make is henon else 0.9056 * x.mean()
+                    truth = 0.4192 if rate is None else rate * x.mean()
                     found = lyapunov_exponent(
                         noisy(x, noise, seed), dimension=dimension, value_error=noise * x.std()
                     )

@@ -19,7 +19,7 @@ from impactsig.reconstruct.divergence._region import (
     standard_error,
 )
 from tests import naive_reconstruct_embed as naive
-from tests.series import lorenz, noisy
+from tests.series import lorenz, lorenz_intervals, noisy, roessler_intervals
 
 NOISE = np.random.default_rng(5).normal(size=3000)
 HENON, HENON_EXPONENT = naive.henon(20_000), 0.4192
@@ -243,6 +243,48 @@ def test_the_errors_of_impacts_are_those_of_their_instants():
     plain = lyapunov_exponent(np.diff(time), dimension=2)
     assert plain.noise is None
     assert plain.exponent != stated.exponent
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_intervals_hold_the_exponent_of_a_flow_that_keeps_its_phase(known):
+    held = []
+    for seed in range(2000, 2012):
+        x = roessler_intervals(2000, seed)
+        found = lyapunov_exponent(x, dimension=3, value_error=0.0 if known else None)
+        assert found.level < found.far - 0.5
+        assert any("keep the phase" in one for one in found.warnings)
+        held.append(found.interval[0] < 0.0714 * x.mean() < found.interval[1])
+    # At 95 % there would be 8 or fewer of 12 once in 450 times.
+    assert np.mean(held) >= 0.75
+
+
+@pytest.mark.parametrize("r", [3.6, 3.65])
+def test_neighbours_in_a_band_are_as_far_apart_as_that_is_wide(r):
+    x = [0.3]
+    for _ in range(2099):
+        x.append(r * x[-1] * (1 - x[-1]))
+    x = np.array(x[100:])
+    found = lyapunov_exponent(x, dimension=2, value_error=0.0)
+    assert found.interval[0] < np.log(abs(r * (1 - 2 * x))).mean() < found.interval[1]
+    # That of values an even number of steps, and so no band, apart.
+    gaps = np.abs(x[:1000] - x[1000:])
+    assert found.level == pytest.approx(width(np.log(gaps), 0.0), abs=0.15)
+
+
+def test_gaps_that_end_where_those_of_any_two_do_have_no_level_of_their_own():
+    for x, dimension in ((naive.henon(1000), 2), (lorenz_intervals(1000, 3), 5)):
+        assert lyapunov_exponent(x, dimension=dimension).level is None
+
+
+def test_what_a_curve_was_raised_by_is_no_growth_and_known_to_half():
+    k = np.arange(11.0)
+    blocks = np.zeros((BLOCKS, 11))
+    plain = Curve(0.15 * k, blocks)
+    assert best_line(plain, 0, 0, 10, -1.0) is not None
+    raised = Curve(0.15 * k, blocks, False, 0.06 * k)
+    assert best_line(raised, 0, 0, 10, -1.0) is None
+    expected = np.hypot(0.06 / 2 / np.sqrt(3), 0.17 / 10)
+    assert standard_error(fit(raised, 0, 10)) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_series_that_recurs_exactly_is_periodic():

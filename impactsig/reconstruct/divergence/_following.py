@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ...errors import InvalidInput
 from .._neighbors import NOBODY, Tree, nearest, tree, within
 from .._series import stretches, unbroken
-from ._freed import freed_curve, unrelated_width
+from ._freed import freed_curve, unrelated_width, width
 from ._region import Curve, median_curve
 from ._stretch import LOWEST, group_gaps, pair_gaps
 
@@ -26,6 +26,18 @@ STILL_CLOSE = 0.6
 
 SATURATED, SATURATED_FREED = 1.5, 1.2
 """A pair is as far apart as any two from a factor exp(-1.5) of their median gap on."""
+
+IN_PHASE = 0.5
+"""Gaps that level off by so much, or more, below those of any two values are of pairs in phase."""
+
+BELOW = 0.75
+"""The region then ends by so much below that level."""
+
+LOOKS = 16
+"""Steps at which the level is read."""
+
+FLAT = 0.3
+"""Rise over these steps at which gaps that never were as wide as any have not levelled off."""
 
 
 class Setting(NamedTuple):
@@ -57,6 +69,8 @@ class Followed(NamedTuple):
     end: int  # last step at which few enough are far apart
     ended: bool  # and more are at some later one
     limit: float  # about the level of the curve from which on that is not so
+    level: float | None = None  # at which gaps level off, if below that of any two values
+    released: Curve | None = None  # the curve without that level
 
 
 def follow_on(given: Setting, steps: int, further: bool) -> Followed:
@@ -64,13 +78,55 @@ def follow_on(given: Setting, steps: int, further: bool) -> Followed:
     longest = max(len(part) for part in stretches(given.values))
     most = min(MOST_STEPS, (longest - given.span) // 4)
     while True:
-        found = _follow(given, steps)
+        found, pairs = _follow(given, steps)
         if not further or found.ended or 2 * steps > most:
-            return found
+            last = len(found.close) - 1
+            return _in_phase(given, found, pairs, last if found.ended or not further else last // 3)
         steps *= 2
 
 
-def _follow(given: Setting, steps: int) -> Followed:
+def _in_phase(
+    given: Setting, found: Followed, pairs: tuple[np.ndarray, np.ndarray], reach: int
+) -> Followed:
+    """The same, freed of the level of the gaps where pairs stay in phase.
+
+    Rossler's orbits keep their phase for hundreds of turns: neighbours forget how wide their turn
+    is, but not when it began, and their gaps level off at a quarter of those of any two values.
+    So do those of neighbours within one of the bands that a map visits in turn. Such a curve bends
+    long before its gaps are as wide as any, and is followed over `reach` to twice as many more
+    steps to see where to. Its growth is taken for that of d' = d (1 - d / exp(level)).
+    """
+    if not found.ended and np.ptp(found.curve.stretch[1:]) < 1:
+        return found
+    newest = given.values[given.span :]
+    levels = np.empty(LOOKS)
+    for look, k in enumerate(np.linspace(2 * reach, 3 * reach, LOOKS).astype(int)):
+        there = np.maximum(*pairs) + k < len(newest)
+        gaps = np.abs(newest[pairs[0][there] + k] - newest[pairs[1][there] + k])
+        gaps = gaps[np.isfinite(gaps)]
+        if len(gaps) < LEAST:
+            return found
+        log = np.log(np.where(gaps > 0, gaps, math.exp(LOWEST / 2)))
+        levels[look] = np.median(log) if given.noise is None else width(log, given.noise)
+    level = float(np.median(levels))
+    rise = levels[LOOKS // 2 :].mean() - levels[: LOOKS // 2].mean()
+    far = found.limit + (SATURATED if given.noise is None else SATURATED_FREED)
+    if not LOWEST / 2 < level <= far - IN_PHASE or (abs(rise) > FLAT and not found.ended):
+        return found
+    curve = found.freed or found.curve
+    beyond = curve.stretch > level - BELOW
+    end = int(np.argmax(beyond)) - 1 if beyond.any() else found.end
+    left = -np.expm1(np.minimum(curve.stretch - level, -BELOW))
+    raised = -np.log(left)
+    return found._replace(
+        end=min(end, found.end),
+        limit=level - BELOW + float(raised.max()),
+        level=level,
+        released=Curve(curve.stretch + raised, curve.blocks / left, curve.freed, raised),
+    )
+
+
+def _follow(given: Setting, steps: int) -> tuple[Followed, tuple[np.ndarray, np.ndarray]]:
     length = given.span + steps + 1
     # A vector counts if it can be followed to the last step without crossing a gap.
     vectors = sliding_window_view(given.values, length)[:, : given.span + 1 : given.delay]
@@ -83,12 +139,14 @@ def _follow(given: Setting, steps: int) -> Followed:
         # Two vectors that are each other's nearest are followed twice, but are one pair.
         mutual = float(np.mean(other[other[one]] == one))
         log = pair_gaps(newest, one, other[one], steps)
+        pairs = one, other[one]
     else:
         one, start, who = _companies(found, given.theiler, given.radius)
         _enough(len(one))
         # A pair within the radius counts from both its ends, in two blocks of time as a rule.
         mutual = 1.0
         log = group_gaps(newest, one, start, who, steps)
+        pairs = np.repeat(one, np.diff(start)), who
     close = np.mean(log < given.far - SATURATED, axis=1)
     told = log > LOWEST
     mean = np.where(told, log, 0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
@@ -102,7 +160,7 @@ def _follow(given: Setting, steps: int) -> Followed:
         beyond = freed.stretch > limit
         ended = bool(beyond.any())
     end = int(np.argmax(beyond)) - 1 if beyond.any() else steps
-    return Followed(curve, freed, mean, close, len(one), end, bool(ended), limit)
+    return Followed(curve, freed, mean, close, len(one), end, bool(ended), limit), pairs
 
 
 def _widened(curve: Curve, mutual: float) -> Curve:

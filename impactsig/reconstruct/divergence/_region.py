@@ -36,6 +36,12 @@ frequencies of the beam, at each with little scatter over series.
 BEYOND = 2.5
 """Standard errors by which the slope may be above one that leaves no line."""
 
+RAISED = 0.5 / math.sqrt(3)
+"""Standard error of what a curve was raised by: evenly distributed within half of it."""
+
+ALONG = 0.5 * math.log(2)
+"""Growth that a gap lacks whose halves were equal, and one of them does not grow."""
+
 CANDIDATES = 48
 """First and last steps tried, at most."""
 
@@ -46,6 +52,7 @@ class Curve(NamedTuple):
     stretch: np.ndarray  # (K + 1,)
     blocks: np.ndarray  # (BLOCKS, K + 1)
     freed: bool = False  # of noise
+    raised: np.ndarray | None = None  # by how much above the gaps, (K + 1,)
 
 
 class Line(NamedTuple):
@@ -59,6 +66,7 @@ class Line(NamedTuple):
     unsure: float  # that of the bend
     departure: float  # of the curve, from the lowest below the line to the highest above
     freed: bool  # of noise
+    raised: float = 0.0  # rise that the gaps themselves do not have
     most: float = math.inf  # slope above which it would not have been found
 
 
@@ -107,6 +115,7 @@ def fit(curve: Curve, first: int, last: int) -> Line:
         float(unsure) / math.sqrt(BLOCKS),
         float(np.ptp(piece - slope * np.arange(n))),
         curve.freed,
+        0.0 if curve.raised is None else float(curve.raised[last] - curve.raised[first]),
     )
 
 
@@ -118,19 +127,20 @@ def best_line(
     Of all that end at step `least` or later, are long and straight enough and rise by a factor e,
     the one whose `standard_error` is the least share of its slope. The least error itself would
     prefer low slopes, since errors are shares of them: the exponent of the beam at 20.45 Hz came
-    out 7 % low. A curve that is beyond the level `high` before step `least` has no line.
+    out 7 % low. What a curve was raised by is no rise. A curve that is beyond the level `high`
+    before step `least` has no line.
     """
     found: Line | None = None
     least_error = math.inf
     if end - begin < LEAST_POINTS - 1:
         return None
+    seen = curve.stretch if curve.raised is None else curve.stretch - curve.raised
     steps = np.unique(np.linspace(begin, end, min(CANDIDATES, end - begin + 1)).astype(int))
     for first in steps:
-        if curve.stretch[first] < low:
+        if seen[first] < low:
             continue
         for last in steps[steps >= max(first + LEAST_POINTS - 1, least)]:
-            growth = curve.stretch[last] - curve.stretch[first]
-            if growth < LEAST_GROWTH:
+            if seen[last] - seen[first] < LEAST_GROWTH:
                 continue
             line = fit(curve, int(first), int(last))
             if line.slope <= 0 or abs(line.bend) > BEND * line.slope:
@@ -153,32 +163,36 @@ def standard_error(line: Line) -> float:
     0.1 to 0.2, and the slope is 12 % low. Under unknown noise the bend counts in full, and no less
     than it may be by chance: of the beam at 20.3355 Hz with 10 microseconds of jitter chance alone
     held the exponent in 38 % of 40 series of 2000 intervals, as the median bends where the noise
-    ends.
+    ends. What a curve was raised by to be straight is known to half of it.
     """
     steps = line.last - line.first
+    chance = math.hypot(line.chance, RAISED * line.raised / steps)
     if line.freed:
         bend = 0.5 * math.sqrt(max(line.bend**2 - line.unsure**2, 0.0))
         departure = max(2 * line.departure, CURVED_FREED)
         least = max(departure / steps, UNSTEADY * abs(line.slope))
-        return math.hypot(line.chance, max(bend, least))
+        return math.hypot(chance, max(bend, least))
     return max(
-        math.hypot(line.chance, 0.5 * line.unsure, 0.5 * line.bend),
-        math.hypot(line.chance, CURVED / steps),
+        math.hypot(chance, 0.5 * line.unsure, 0.5 * line.bend),
+        math.hypot(chance, CURVED / steps),
     )
 
 
-def interval(line: Line) -> tuple[float, float]:
-    """95 % interval of the slope.
+def interval(line: Line, in_phase: bool = False) -> tuple[float, float]:
+    """95 % interval of the slope, of pairs that stay in phase or not.
 
     Steeper curves than `line.most` have no line, so that what is found is a selection of too low
     ones, the more so the nearer to that it is: of 2000 intervals of Lorenz' flow in four
     coordinates with 2 % of noise, half of the series have a line, and slopes are 17 % low. The
     upper end is that of a normal deviate known to be below that bound.
+
+    Pairs in phase may be apart along the flow too, where they stay so, and then grow by less.
     """
     error = standard_error(line)
     reach = float(stdtrit(BLOCKS - 1, 0.975)) * error
     wider = _selected((line.most - line.slope) / error) if error > 0 else 1.0
-    return line.slope - reach, line.slope + wider * reach
+    more = ALONG / (line.last - line.first) if in_phase else 0.0
+    return line.slope - reach, line.slope + wider * reach + more
 
 
 def _selected(bound: float) -> float:
