@@ -81,8 +81,16 @@ def peel(phase, fold, width, least):
 
 
 @kernel
-def assign(cycles, centre, fold, reach, instant, offset, hit):
-    """Assign impacts to due instants: the nearest one, the offset, and whether it is a hit.
+def remainder(value, fold):
+    """The same as ``value % fold``, without fmod, which takes several times as long."""
+    turn = np.floor(value / fold)
+    phase = value - turn * fold
+    return phase if phase >= 0.0 else value - (turn - 1.0) * fold
+
+
+@kernel
+def assign(cycles, centre, fold, reach, instant, slot, offset, hit):
+    """Assign impacts to due instants: the nearest one, its slot, the offset, whether it is a hit.
 
     Instants are numbered in the order of time: of m slots, number k belongs to slot k modulo m. Of
     the impacts within reach of one instant the nearest hits it. `cycles` ascend.
@@ -90,17 +98,17 @@ def assign(cycles, centre, fold, reach, instant, offset, hit):
     m = len(centre)
     last = -1  # impact that hits the instant reached so far
     for k in range(len(cycles)):
-        phase = cycles[k] % fold
+        phase = remainder(cycles[k], fold)
         # on the circle the last slot comes before the first, and the first after the last
-        slot, place = m - 1, centre[m - 1] - fold
+        here, place = m - 1, centre[m - 1] - fold
         for following in range(m + 1):
             ahead = centre[following] if following < m else centre[0] + fold
             if phase <= 0.5 * (place + ahead):
                 break
-            slot, place = following % m, ahead
-        offset[k] = phase - place
-        turn = np.int64(np.rint((cycles[k] - offset[k] - centre[slot]) / fold))
-        instant[k] = turn * m + slot
+            here, place = (following if following < m else 0), ahead
+        offset[k], slot[k] = phase - place, here
+        turn = np.int64(np.rint((cycles[k] - offset[k] - centre[here]) / fold))
+        instant[k] = turn * m + here
         hit[k] = abs(offset[k]) <= reach
         if hit[k]:
             if last >= 0 and instant[last] == instant[k]:
@@ -121,24 +129,25 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
     """
     n = len(cycles)
     instant, offset, hit = np.empty(n, np.int64), np.empty(n), np.empty(n, np.bool_)
+    slot = np.empty(n, np.int64)
     cycles = cycles.copy()
     hits, due = np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(ROUNDS):
         m = len(centre)
         if m == 0:
             break
-        assign(cycles, centre, fold, REACH * width, instant, offset, hit)
+        assign(cycles, centre, fold, REACH * width, instant, slot, offset, hit)
         hits, mean = np.zeros(m, np.int64), np.zeros(m)
         for k in range(n):
             if hit[k]:
-                hits[instant[k] % m] += 1
-                mean[instant[k] % m] += offset[k]
+                hits[slot[k]] += 1
+                mean[slot[k]] += offset[k]
         mean /= np.maximum(hits, 1)
         due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
         squares, total, middle = 0.0, 0, 0.0
         for k in range(n):
             if hit[k]:
-                squares += (offset[k] - mean[instant[k] % m]) ** 2
+                squares += (offset[k] - mean[slot[k]]) ** 2
                 middle += cycles[k]
                 total += 1
         jitter = math.sqrt(squares / max(total, 1))
@@ -150,7 +159,7 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
         along = across = 0.0
         for k in range(n):
             if hit[k]:
-                along += (offset[k] - mean[instant[k] % m]) * (cycles[k] - middle)
+                along += (offset[k] - mean[slot[k]]) * (cycles[k] - middle)
                 across += (cycles[k] - middle) ** 2
         centre = np.sort((centre + mean)[strong] % fold)
         width = min(max(jitter, floor), widest)
