@@ -19,7 +19,7 @@ HUBER = 1.345
 """Standard deviations beyond which a second counts less: 95 % of the mean's efficiency where errors
 are normal."""
 NORMAL = 1.4826  # standard deviations of a normal distribution to its median deviation
-ROUNDS, STAYS = 30, 1e-10
+ROUNDS, STAYS = 30, 1e-6
 ROUNDING = 1e-12  # of a contact time
 
 
@@ -44,9 +44,8 @@ def mean_contact(impacts: Impacts) -> tuple[float | None, float | None]:
     count = np.diff(first, append=len(contact))
     means = np.add.reduceat(contact, first) / count
     stated = np.zeros(len(means)) if errors is None else np.add.reduceat(errors, first) / count
-    middle = float(np.median(means))
-    scatter = NORMAL * float(np.median(np.abs(means - middle)))
-    apart = max(scatter, float(np.median(stated)), ROUNDING * middle)
+    middle = _median(means)
+    apart = max(NORMAL * _median(np.abs(means - middle)), _median(stated), ROUNDING * middle)
     weight = np.ones(len(means))
     for _ in range(ROUNDS):
         off = np.abs(means - middle)
@@ -61,3 +60,8 @@ def mean_contact(impacts: Impacts) -> tuple[float | None, float | None]:
     pulls = count * weight * (means - middle)
     seen = math.sqrt(float(pulls @ pulls)) / whole if whole else 0.0
     return middle, max(shared, seen)
+
+
+def _median(values: np.ndarray) -> float:
+    ordered = np.sort(values)  # of few, in a third of the time of np.median
+    return 0.5 * float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

@@ -162,10 +162,13 @@ def _dimension(impacts: Impacts, row: dict[str, Any]) -> dict[str, Any]:
 
 def _moments(name: str, values: np.ndarray) -> dict[str, Any]:
     some = values[np.isfinite(values)]
-    return {
-        name: float(some.mean()) if len(some) else None,
-        f"{name}_spread": float(some.std(ddof=1)) if len(some) > 1 else None,
-    }
+    if not len(some):
+        return {name: None, f"{name}_spread": None}
+    mean = float(some.mean())
+    if len(some) == 1:
+        return {name: mean, f"{name}_spread": None}
+    off = some - mean
+    return {name: mean, f"{name}_spread": math.sqrt(float(off @ off) / (len(some) - 1))}
 
 
 def _plain(value: Any) -> float | None:

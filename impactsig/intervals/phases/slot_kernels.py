@@ -15,6 +15,9 @@ LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 NEAR = 0.25  # [cycles] of it
 TURNS = np.array([1, 2, 3, 8, 25])
 ROUNDS = 10
+NORMAL = 1.4826 / math.sqrt(
+    2.0
+)  # median deviation of a difference to the standard deviation of one
 
 
 @kernel
@@ -23,7 +26,9 @@ def recurrence_jitter(cycles, fold, floor, widest):
 
     The greatest of what 1 to 25 folds say: what changes slowly shows little after one.
     """
-    greatest = widest
+    if len(cycles) < LEAST_RECURRING:
+        return widest
+    greatest = floor
     miss = np.empty(len(cycles))
     for k in range(len(TURNS)):
         count, after = 0, 1
@@ -36,11 +41,31 @@ def recurrence_jitter(cycles, fold, floor, widest):
                 miss[count] = cycles[nearest] - due
                 count += 1
         if count < LEAST_RECURRING:
+            if k == 0:
+                greatest = widest
             break
         near = miss[:count]
-        deviation = 1.4826 / math.sqrt(2.0) * np.median(np.abs(near - np.median(near)))
-        greatest = deviation if k == 0 else max(greatest, deviation)
-    return min(max(greatest, floor), widest)
+        if not _is_below(near, greatest / NORMAL):
+            deviation = NORMAL * np.median(np.abs(near - np.median(near)))
+            greatest = max(greatest, deviation)
+    return min(greatest, widest)
+
+
+@kernel
+def _is_below(values, limit):
+    """Whether the median deviation is certainly below a limit, which takes no median to see.
+
+    If more than half of the values lie within half the limit of any place, so does their median,
+    and they are within the limit of it.
+    """
+    mean = 0.0
+    for value in values:
+        mean += value
+    mean /= len(values)
+    close = 0
+    for value in values:
+        close += abs(value - mean) < 0.499 * limit
+    return 2 * close > len(values) + 1
 
 
 @kernel
