@@ -1,9 +1,9 @@
 """The mean contact time of a run, from what each second tells, and its standard error.
 
 Detection measures the pulses of a second by the shape that they share, so their contact times are
-off together, and now and then a faint second is misread as a whole (10 to 30 % too long, of ten
-standard errors and more). The mean over impacts takes that in full, and a mean weighted by stated
-errors most of it. Here the means of seconds are averaged as Huber does it [Huber1964]_.
+off together, and now and then a faint second is misread as a whole (10 to 30 % too long, three to
+five of its stated errors). The mean over impacts takes that in full, and a mean weighted by stated
+errors half of it. Here the means of seconds are averaged as Huber does it [Huber1964]_.
 """
 
 from __future__ import annotations

@@ -15,9 +15,7 @@ LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 NEAR = 0.25  # [cycles] of it
 TURNS = np.array([1, 2, 3, 8, 25])
 ROUNDS = 10
-NORMAL = 1.4826 / math.sqrt(
-    2.0
-)  # median deviation of a difference to the standard deviation of one
+NORMAL = 1.4826 / math.sqrt(2.0)  # standard deviation of one to median deviation of a difference
 
 
 @kernel
