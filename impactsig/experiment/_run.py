@@ -14,6 +14,7 @@ from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
 from ..intervals.forcing import forcing_cycles, rising_instants
 from ..intervals.period import identify_period
 from ..io import read
+from ._contacts import mean_contact
 from ._motions import NO_IMPACTS
 from ._rig_tables import which
 from ._sweep import swept
@@ -99,6 +100,12 @@ def described(
         row |= _moments(name, np.empty(0) if column is None else column)
     timed = impacts.contact_time is not None and impacts.duration > 0
     row["time_in_contact"] = impacts.time_in_contact() if timed else None
+    row["contact_time_error"] = None
+    if not rig.sweep and row["contact_time"] is not None:
+        plain = row["contact_time"]
+        row["contact_time"], row["contact_time_error"] = mean_contact(impacts)
+        if row["time_in_contact"] and plain:
+            row["time_in_contact"] *= row["contact_time"] / plain
     row["impacts_per_period"] = (
         len(impacts) / (frequency * impacts.duration) if frequency and impacts.duration else None
     )
@@ -155,10 +162,13 @@ def _dimension(impacts: Impacts, row: dict[str, Any]) -> dict[str, Any]:
 
 def _moments(name: str, values: np.ndarray) -> dict[str, Any]:
     some = values[np.isfinite(values)]
-    return {
-        name: float(some.mean()) if len(some) else None,
-        f"{name}_spread": float(some.std(ddof=1)) if len(some) > 1 else None,
-    }
+    if not len(some):
+        return {name: None, f"{name}_spread": None}
+    mean = float(some.mean())
+    if len(some) == 1:
+        return {name: mean, f"{name}_spread": None}
+    off = some - mean
+    return {name: mean, f"{name}_spread": math.sqrt(float(off @ off) / (len(some) - 1))}
 
 
 def _plain(value: Any) -> float | None:

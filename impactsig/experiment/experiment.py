@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "period", "kind", "m", "n", "confidence", "forcing_frequency", "locked_frequency", "impacts",
-    "impacts_per_period", "interval", "interval_spread", "contact_time", "contact_time_spread",
-    "time_in_contact", "peak", "peak_spread", "impulse", "impulse_spread", "jitter", "missed",
-    "spurious", "dimension", "dimension_low", "dimension_high", "duration", "unit", "sensor",
-    "reason", "recorded_at",
+    "impacts_per_period", "interval", "interval_spread", "contact_time", "contact_time_error",
+    "contact_time_spread", "time_in_contact", "peak", "peak_spread", "impulse", "impulse_spread",
+    "jitter", "missed", "spurious", "dimension", "dimension_low", "dimension_high", "duration",
+    "unit", "sensor", "reason", "recorded_at",
 )  # fmt: skip
 """Of the table of runs, after file, parameter and branch."""
 _WORDS = ("period", "kind", "unit", "sensor", "reason", "recorded_at")
@@ -188,7 +188,11 @@ class Experiment(Shown):
         return Kept(self.directory).impacts(self._keys[number])
 
     def to_frame(self) -> pd.DataFrame:
-        """A table with a row for each run: parameter, period, and means over the run."""
+        """A table with a row for each run: parameter, period, and means over the run.
+
+        In the mean contact time a second that is far off from the others counts less, since
+        detection measures the pulses of a second together (Huber's mean [Huber1964]_).
+        """
         import pandas as pd
 
         columns: dict[str, list[Any]] = {

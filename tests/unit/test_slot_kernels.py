@@ -5,7 +5,13 @@ import pytest
 
 from impactsig import Impacts, identify_period
 from impactsig.intervals.phases import tracking as _tracking
-from impactsig.intervals.phases.slot_kernels import assign, peel, recurrence_jitter, settle
+from impactsig.intervals.phases.slot_kernels import (
+    assign,
+    peel,
+    recurrence_jitter,
+    remainder,
+    settle,
+)
 
 from .. import naive_slots
 
@@ -48,13 +54,24 @@ def test_impacts_hit_the_instants_of_the_twin(centre, fold):
     rng = np.random.default_rng([2, fold, len(centre)])
     cycles, at = spoilt(rng, centre, fold), np.asarray(centre) + 0.31
     n = len(cycles)
-    instant, offset, hit = np.empty(n, np.int64), np.empty(n), np.empty(n, bool)
-    assign(cycles, at, fold, 0.08, instant, offset, hit)
+    instant, slot = np.empty((2, n), np.int64)
+    offset, hit = np.empty(n), np.empty(n, bool)
+    assign(cycles, at, fold, 0.08, instant, slot, offset, hit)
     expected = naive_slots.assign(cycles, at, fold, 0.08)
     assert instant.tolist() == expected[0]
     assert offset == pytest.approx(np.array(expected[1]))
     assert hit.tolist() == expected[2]
+    np.testing.assert_array_equal(slot, instant % len(at))
     assert len(set(instant[hit])) == hit.sum() < n
+
+
+@pytest.mark.parametrize("fold", [1, 3, 7, 49])
+def test_phases_are_remainders_to_the_last_bit(fold):
+    rng = np.random.default_rng([4, fold])
+    near = fold * rng.integers(-50, 10**6, 500).astype(float)
+    values = [near, np.nextafter(near, -np.inf), np.nextafter(near, np.inf), [-1e-20, 0.0, 1e-300]]
+    for value in [*np.concatenate(values), *rng.uniform(-1e3, 1e9, 500)]:
+        assert remainder(value, fold) == value % fold
 
 
 def test_what_is_settled_is_of_one_set_of_slots():

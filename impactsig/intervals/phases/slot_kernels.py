@@ -15,6 +15,7 @@ LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 NEAR = 0.25  # [cycles] of it
 TURNS = np.array([1, 2, 3, 8, 25])
 ROUNDS = 10
+NORMAL = 1.4826 / math.sqrt(2.0)  # standard deviation of one to median deviation of a difference
 
 
 @kernel
@@ -23,7 +24,9 @@ def recurrence_jitter(cycles, fold, floor, widest):
 
     The greatest of what 1 to 25 folds say: what changes slowly shows little after one.
     """
-    greatest = widest
+    if len(cycles) < LEAST_RECURRING:
+        return widest
+    greatest = floor
     miss = np.empty(len(cycles))
     for k in range(len(TURNS)):
         count, after = 0, 1
@@ -36,11 +39,31 @@ def recurrence_jitter(cycles, fold, floor, widest):
                 miss[count] = cycles[nearest] - due
                 count += 1
         if count < LEAST_RECURRING:
+            if k == 0:
+                greatest = widest
             break
         near = miss[:count]
-        deviation = 1.4826 / math.sqrt(2.0) * np.median(np.abs(near - np.median(near)))
-        greatest = deviation if k == 0 else max(greatest, deviation)
-    return min(max(greatest, floor), widest)
+        if not _is_below(near, greatest / NORMAL):
+            deviation = NORMAL * np.median(np.abs(near - np.median(near)))
+            greatest = max(greatest, deviation)
+    return min(greatest, widest)
+
+
+@kernel
+def _is_below(values, limit):
+    """Whether the median deviation is certainly below a limit, which takes no median to see.
+
+    If more than half of the values lie within half the limit of any place, so does their median,
+    and they are within the limit of it.
+    """
+    mean = 0.0
+    for value in values:
+        mean += value
+    mean /= len(values)
+    close = 0
+    for value in values:
+        close += abs(value - mean) < 0.499 * limit
+    return 2 * close > len(values) + 1
 
 
 @kernel
@@ -81,8 +104,16 @@ def peel(phase, fold, width, least):
 
 
 @kernel
-def assign(cycles, centre, fold, reach, instant, offset, hit):
-    """Assign impacts to due instants: the nearest one, the offset, and whether it is a hit.
+def remainder(value, fold):
+    """The same as ``value % fold``, without fmod, which takes several times as long."""
+    turn = np.floor(value / fold)
+    phase = value - turn * fold
+    return phase if phase >= 0.0 else value - (turn - 1.0) * fold
+
+
+@kernel
+def assign(cycles, centre, fold, reach, instant, slot, offset, hit):
+    """Assign impacts to due instants: the nearest one, its slot, the offset, whether it is a hit.
 
     Instants are numbered in the order of time: of m slots, number k belongs to slot k modulo m. Of
     the impacts within reach of one instant the nearest hits it. `cycles` ascend.
@@ -90,17 +121,17 @@ def assign(cycles, centre, fold, reach, instant, offset, hit):
     m = len(centre)
     last = -1  # impact that hits the instant reached so far
     for k in range(len(cycles)):
-        phase = cycles[k] % fold
+        phase = remainder(cycles[k], fold)
         # on the circle the last slot comes before the first, and the first after the last
-        slot, place = m - 1, centre[m - 1] - fold
+        here, place = m - 1, centre[m - 1] - fold
         for following in range(m + 1):
             ahead = centre[following] if following < m else centre[0] + fold
             if phase <= 0.5 * (place + ahead):
                 break
-            slot, place = following % m, ahead
-        offset[k] = phase - place
-        turn = np.int64(np.rint((cycles[k] - offset[k] - centre[slot]) / fold))
-        instant[k] = turn * m + slot
+            here, place = (following if following < m else 0), ahead
+        offset[k], slot[k] = phase - place, here
+        turn = np.int64(np.rint((cycles[k] - offset[k] - centre[here]) / fold))
+        instant[k] = turn * m + here
         hit[k] = abs(offset[k]) <= reach
         if hit[k]:
             if last >= 0 and instant[last] == instant[k]:
@@ -121,24 +152,25 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
     """
     n = len(cycles)
     instant, offset, hit = np.empty(n, np.int64), np.empty(n), np.empty(n, np.bool_)
+    slot = np.empty(n, np.int64)
     cycles = cycles.copy()
     hits, due = np.zeros(0, np.int64), np.zeros(0, np.int64)
     for turn in range(ROUNDS):
         m = len(centre)
         if m == 0:
             break
-        assign(cycles, centre, fold, REACH * width, instant, offset, hit)
+        assign(cycles, centre, fold, REACH * width, instant, slot, offset, hit)
         hits, mean = np.zeros(m, np.int64), np.zeros(m)
         for k in range(n):
             if hit[k]:
-                hits[instant[k] % m] += 1
-                mean[instant[k] % m] += offset[k]
+                hits[slot[k]] += 1
+                mean[slot[k]] += offset[k]
         mean /= np.maximum(hits, 1)
         due = np.maximum(_due(centre, fold, cycles, gaps, REACH * width), hits)
         squares, total, middle = 0.0, 0, 0.0
         for k in range(n):
             if hit[k]:
-                squares += (offset[k] - mean[instant[k] % m]) ** 2
+                squares += (offset[k] - mean[slot[k]]) ** 2
                 middle += cycles[k]
                 total += 1
         jitter = math.sqrt(squares / max(total, 1))
@@ -150,7 +182,7 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
         along = across = 0.0
         for k in range(n):
             if hit[k]:
-                along += (offset[k] - mean[instant[k] % m]) * (cycles[k] - middle)
+                along += (offset[k] - mean[slot[k]]) * (cycles[k] - middle)
                 across += (cycles[k] - middle) ** 2
         centre = np.sort((centre + mean)[strong] % fold)
         width = min(max(jitter, floor), widest)
