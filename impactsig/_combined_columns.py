@@ -13,7 +13,14 @@ from .impacts import Impacts
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
 IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
-OF_SEVERAL = ("time_error", "probability", "stop_index", "stop_probability", "pulses")
+OF_SEVERAL = (
+    "time_error",
+    tables.SHARED,
+    "probability",
+    "stop_index",
+    "stop_probability",
+    "pulses",
+)
 
 
 def measuring_contacts(trains: Sequence[Impacts]) -> list[int]:
@@ -84,10 +91,19 @@ def _instants(
     total = weight.sum(axis=1)
     known = np.where(total > 0, total, 1.0)
     error = np.where(total > 0, 1.0 / np.sqrt(known), np.inf)
-    return {
+    error = np.where(error <= 1e-12, 0.0, error)
+    columns = {
         "time": np.where(total > 0, (weight * instants).sum(axis=1) / known, time),
-        "time_error": np.where(error <= 1e-12, 0.0, error),
+        "time_error": error,
     }
+    if any(train.shared_time_error is not None for train in trains):
+        parts = [
+            np.zeros(len(t)) if t.shared_time_error is None else t.shared_time_error for t in trains
+        ]
+        # Each sensor's is its own.
+        shared = np.sqrt(((weight * _at(parts, index, 0.0)) ** 2).sum(axis=1)) / known
+        columns[tables.SHARED] = np.minimum(shared, error)
+    return columns
 
 
 def _of_strongest(

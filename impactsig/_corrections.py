@@ -93,7 +93,7 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
             new = known.get(name, np.zeros(1, np.uint8)) | EDITED
         elif name == "probability":
             new = np.ones(1)  # whoever corrects it has seen it
-        elif name in known and name != "time_error":
+        elif name in known and name not in ("time_error", tables.SHARED):
             new = known[name]
         elif not len(others):
             new = tables.filled(name, np.zeros(1), np.zeros(1, int), np.zeros(1, int))

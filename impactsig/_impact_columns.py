@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from .impacts import Impacts
 
 ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
+SHARED = "shared_time_error"
+"""The part of an instant's error that impacts within a second share."""
 PROBABILITIES = ("probability", "stop_probability")
 COUNTS = {"pulses": 1, "stop_index": -1}
 """Whole numbers, and the least that each may be."""
@@ -24,6 +26,7 @@ MEASURED = (
     "rise_time",
     "approach_velocity",
     *ERRORS,
+    SHARED,
     "probability",
     *COUNTS,
     "stop_probability",
@@ -41,7 +44,7 @@ def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -
     """Values of a column at inserted impacts, from the neighbours `left` and `right`."""
     if name in ERRORS:
         return np.full(len(left), np.inf)
-    if name in PROBABILITIES:
+    if name in (*PROBABILITIES, SHARED):
         return np.zeros(len(left))
     if name in COUNTS:
         return np.full(len(left), COUNTS[name])
@@ -152,12 +155,29 @@ def column(name: str, value: Any, length: int) -> np.ndarray:
     array = vector(name, value, length)
     if name in PROBABILITIES:
         _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
+    elif name == SHARED:
+        _require(name, array, array >= 0, "standard errors, 0 or greater")
     elif name in COUNTS:
         least = COUNTS[name]
         right = (array >= least) & (array % 1 == 0)
         _require(name, array, right, f"whole numbers, {least} or greater")
         return array.astype(np.intp)
     return array
+
+
+def require_part(shared: np.ndarray | None, error: np.ndarray | None) -> None:
+    """Raise InvalidInput where more of an instant's error is shared than there is of it."""
+    if shared is None:
+        return
+    whole = np.zeros(len(shared)) if error is None else error
+    if np.any(shared > whole):
+        where = int(np.argmax(shared > whole))
+        raise InvalidInput(
+            SHARED,
+            f"{shared[where]:.9g} s at index {where}",
+            f"at most time_error, {whole[where]:.9g} s",
+            "It is a part of it: give both, or None for errors that are independent",
+        )
 
 
 def _require(name: str, array: np.ndarray, right: np.ndarray, wanted: str) -> None:

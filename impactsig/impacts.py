@@ -27,6 +27,7 @@ from ._impact_flags import (
     UNRESOLVED,
     flag_names,
 )
+from ._interval_errors import interval_covariance
 from ._showing import drawn_by, picture
 from .errors import InvalidInput
 
@@ -72,6 +73,9 @@ class Impacts:
     time_error, contact_time_error, peak_error, impulse_error : array_like, shape (n,), optional
         Standard errors of what is named, in its unit; 0 where it is exact (simulated impacts), inf
         where it is not known (inferred ones).
+    shared_time_error : array_like, shape (n,), optional
+        Part of `time_error` that impacts within a second share [s]: they are measured by one
+        pulse shape, whose error moves them all alike. Short intervals are free of it.
     probability : array_like, shape (n,), optional
         Probability that it is an impact, 0 to 1.
     pulses : array_like of int, shape (n,), optional
@@ -115,7 +119,8 @@ class Impacts:
     ------
     InvalidInput
         If the times are not finite and ascending, the arrays differ in length, an impact lies
-        outside the run, an error is negative, or a probability not between 0 and 1.
+        outside the run, an error is negative or less than its shared part, or a probability not
+        between 0 and 1.
 
     See Also
     --------
@@ -141,6 +146,7 @@ class Impacts:
     contact_time_error: np.ndarray | None = None
     peak_error: np.ndarray | None = None
     impulse_error: np.ndarray | None = None
+    shared_time_error: np.ndarray | None = None
     probability: np.ndarray | None = None
     pulses: np.ndarray | None = None
     stop_index: np.ndarray | None = None
@@ -168,6 +174,7 @@ class Impacts:
         for name in table.MEASURED:
             value = getattr(self, name)
             store[name] = None if value is None else table.column(name, value, len(time))
+        table.require_part(store["shared_time_error"], store["time_error"])
         store["flags"] = table.flag_column(self.flags, len(time))
         store["gaps"] = table.spans(self.gaps)
         start, duration = table.run_span(time, self.start, self.duration)
@@ -245,9 +252,11 @@ class Impacts:
         -------
         intervals : ndarray, shape (m,)
         covariance : scipy.sparse.dia_array, shape (m, m)
-            With `errors`, covariance of their errors [s^2]. Errors of instants are independent;
-            neighbours share an instant, so that with s_i the error of the i-th,
-            ``C[i, i] = s_i^2 + s_{i+1}^2`` and ``C[i, i+1] = C[i+1, i] = -s_{i+1}^2``.
+            With `errors`, covariance of their errors [s^2]. Neighbours share an instant, so that
+            with s_i the error of the i-th, ``C[i, i] = s_i^2 + s_{i+1}^2`` and
+            ``C[i, i+1] = C[i+1, i] = -s_{i+1}^2``, where errors of instants are independent.
+            The variance of what impacts share, `shared_time_error`, counts in an interval of
+            T < 1 s as T / 1 s of it.
 
         Raises
         ------
@@ -263,15 +272,7 @@ class Impacts:
                 "time_error", None, "the standard errors of the instants",
                 "Detected, simulated and measured trains have them; give others their own",
             )  # fmt: skip
-        from scipy.sparse import dia_array
-
-        first = np.flatnonzero(whole)
-        square = self.time_error**2
-        # Two intervals in a row share an instant where no gap lies between them.
-        shared = np.where(np.diff(first, prepend=-2) == 1, -square[first], 0.0)
-        variance = square[first] + square[first + 1]
-        bands = np.stack([np.append(shared[1:], 0.0)[: len(variance)], variance, shared])
-        return intervals, dia_array((bands, (-1, 0, 1)), shape=(len(variance), len(variance)))
+        return intervals, interval_covariance(self, np.flatnonzero(whole), self.time_error)
 
     def interval_spans_gap(self) -> np.ndarray:
         """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""

@@ -43,3 +43,33 @@ def kernel_sums(x, m, delay, theiler, covariance, scales):
         ]
         found.append(factor * np.mean(kernel))
     return np.array(found)
+
+
+def error_among_pairs(train, delay, usual):
+    """Root mean square of the errors of vectors of three intervals, over all pairs that are close.
+
+    Three times; close are vectors within three errors of an interval, those of the last time.
+    """
+    time, error, crossing = train.time, train.time_error, train.interval_spans_gap()
+    slots = []  # one for each interval, `delay` for one across a gap
+    for i in range(len(time) - 1):
+        if crossing[i]:
+            slots += [None] * delay
+        elif max(error[i], error[i + 1]) >= 5 * usual:
+            slots += [None]
+        else:
+            slots += [(time[i + 1] - time[i], (error[i] ** 2 + error[i + 1] ** 2) / 2)]
+    vectors = []
+    for i in range(len(slots) - 2 * delay):
+        three = [slots[i], slots[i + delay], slots[i + 2 * delay]]
+        if all(three):
+            vectors.append(np.array(three).T)
+    found = usual
+    for _ in range(3):
+        total = count = 0.0
+        for a, (values, squares) in enumerate(vectors):
+            for b, (others, _) in enumerate(vectors):
+                if a != b and np.abs(values - others).max() <= 3 * np.sqrt(2) * found:
+                    total, count = total + squares.mean(), count + 1
+        found = np.sqrt(total / count)
+    return found

@@ -74,7 +74,7 @@ def other_way(
 
 
 def _only(found: ForceImpacts, kept: np.ndarray) -> ForceImpacts:
-    each = ("columns", "errors", "flags", "sure", "probability")
+    each = ("columns", "errors", "shared", "flags", "sure", "probability")
     return found._replace(**{name: getattr(found, name)[kept] for name in each})
 
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
-from .pulses.edges import ERRORS, FIT
+from .pulses.edges import ERRORS, FIT, SHARED
 from .search.disturbances import joined
 from .search.span import Span, united
 from .search.spans import LEAST
 
 COLUMNS = 5  # start, contact, peak, impulse, rise
-ROW = FIT  # those, then flags, clipped, width, height over noise, height; standard errors
+ROW = FIT  # those, then flags, clipped, width, height over noise, height; errors, shared one
 SLOW = 3.0
 """Times the noise that the baseline moves by, where something slow may be an impact."""
 
@@ -23,6 +23,7 @@ class ForceImpacts(NamedTuple):
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
     errors: np.ndarray  # (n, 4): standard errors of the first four
+    shared: np.ndarray  # what starts within a second share of theirs
     flags: np.ndarray
     sure: np.ndarray  # height over noise
     probability: np.ndarray  # that they are impacts
@@ -108,13 +109,14 @@ class Found:
         back = 1.0 / self.scale
         columns = rows[:, :COLUMNS].copy()
         columns[:, 2:4] *= back
-        errors = rows[:, ERRORS:].copy()
+        errors = rows[:, ERRORS:SHARED].copy()
         errors[:, 2:] *= back
         tiny = np.finfo(float).tiny
         response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
         return ForceImpacts(
             columns,
             errors,
+            np.minimum(rows[:, SHARED], errors[:, 0]),
             flags,
             rows[:, 8],
             np.concatenate(self.probability)[order],

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import instance, number
+from .._interval_errors import errors_in_intervals
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
@@ -203,7 +204,8 @@ def _covariance(impacts: Impacts, first: int, last: int, measured: bool) -> np.n
     """Covariance of the flights; None if the instants have no errors."""
     if impacts.time_error is None:
         return None
-    square = np.minimum(impacts.time_error[first : last + 1], MOST_TIME) ** 2
+    error = errors_in_intervals(impacts, np.minimum(impacts.time_error, MOST_TIME))
+    square = error[first : last + 1] ** 2
     covariance = np.diag(square[1:] + square[:-1]) - np.diag(square[1:-1], 1)
     covariance -= np.diag(square[1:-1], -1)
     if measured and impacts.contact_time_error is not None:

@@ -8,10 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._arguments import number
+from .._interval_errors import errors_in_intervals
 from ..impacts import Impacts
 
 FAR_OFF = 5.0
 """Times the root mean square of the others, from which on an error is none of their kind."""
+
+
+BY_IMPACTS = "by the time_error of the impacts"
 
 
 class Stated(NamedTuple):
@@ -41,9 +45,10 @@ def stated_errors(x: Any, timing: float | None, value: float | None) -> Stated |
     if timing is not None or value is not None:
         return Stated(timing or 0.0, value or 0.0, "as given")
     if isinstance(x, Impacts) and x.time_error is not None:
-        errors = x.time_error[np.isfinite(x.time_error)]
+        errors = errors_in_intervals(x, x.time_error)
+        errors = errors[np.isfinite(errors)]
         if len(errors):
-            return Stated(typical(errors), 0.0, "by the time_error of the impacts")
+            return Stated(typical(errors), 0.0, BY_IMPACTS)
     return None
 
 

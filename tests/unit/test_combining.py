@@ -50,6 +50,18 @@ def test_load_cell_and_microphone(seed):
         assert sorted(both.index[both.index[:, k] >= 0, k]) == list(range(len(train)))
 
 
+def test_of_what_a_sensor_shares_as_much_counts_as_its_weight():
+    truth, cells = np.arange(1.0, 400.0), []
+    for late, error, shared in ((0.0, 2e-6, 1e-6), (1e-4, 4e-6, 3e-6)):
+        columns = {"time_error": np.full(399, error), "shared_time_error": np.full(399, shared)}
+        cells.append(Impacts(truth + late, **columns))
+    both = combine_impacts(cells).impacts
+    # Weights 4/5 and 1/5.
+    np.testing.assert_allclose(both.shared_time_error, np.hypot(0.8e-6, 0.6e-6))
+    one = combine_impacts([cells[0], Impacts(truth + 1e-4, time_error=np.full(399, 4e-6))]).impacts
+    np.testing.assert_allclose(one.shared_time_error, 0.8e-6)
+
+
 def test_two_load_cells_tell_the_stops_apart():
     rng = np.random.default_rng(5)
     truth = np.cumsum(rng.uniform(0.02, 0.08, 600))

@@ -33,6 +33,7 @@ def train():
         duration=4.0,
         peak=[1.0, 2.0, 3.0],
         time_error=[1e-6] * 3,
+        shared_time_error=[1e-7] * 3,
         probability=[0.9, 0.6, 0.9],
         settings={"threshold": 0.1},
     )
@@ -62,6 +63,7 @@ def test_impacts_are_put_in_moved_and_taken_out():
     assert done.peak.tolist() == [1.0, 2.0, 3.0]  # put in: the mean of 1 and 3
     assert done.flags.tolist() == [EDITED, EDITED, 0]
     assert done.time_error.tolist() == [np.inf, np.inf, 1e-6]
+    assert done.shared_time_error.tolist() == [0.0, 0.0, 1e-7]
     assert done.probability.tolist() == [1.0, 1.0, 0.9]
     assert done.settings["threshold"] == 0.1
     lines = done.settings["corrections"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import impactsig
-from benchmarks.errors import MEASURED, SHAPES, cramer_rao, errors
+from benchmarks.errors import MEASURED, SHAPES, cramer_rao, errors, record
 from benchmarks.recordings import add_pulses
 from impactsig._impact_columns import ERRORS
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
@@ -173,6 +175,22 @@ def test_misfit_widens_no_error_where_the_shape_is_of_the_family():
     # At 30 dB the shape is seen well: instants are known to about their bound.
     rows = errors("half-sine", 50e3, 72, levels=(30.0,), count=60)
     assert np.median([row["time_error"] / row["bound"] for row in rows]) < 1.3
+
+
+@pytest.mark.parametrize("pulse", ["half-sine", "flat-topped", "raised cosine"])
+def test_intervals_are_as_uncertain_as_they_are_off(pulse):
+    # Clear impacts of one second share most of their error: that of the shape common to them.
+    truth = record(pulse, 50e3, 91, levels=(40.0,), count=200, scatter=0.03)
+    found = impactsig.detect_impacts(impactsig.Recording(truth.samples, truth.rate))
+    assert len(found) == 200
+    assert np.median(found.shared_time_error / found.time_error) > 0.3
+    off = np.diff(found.time - truth.time)
+    z, alone = (
+        off / np.sqrt(train.intervals(errors=True)[1].diagonal())
+        for train in (found, replace(found, shared_time_error=None))
+    )
+    assert 0.55 < np.sqrt(np.mean(z**2)) < 1.25
+    assert np.sqrt(np.mean(alone**2)) < 0.97 * np.sqrt(np.mean(z**2))
 
 
 def test_impulse_of_a_half_sine_is_as_uncertain_as_noise_and_baseline_make_it():

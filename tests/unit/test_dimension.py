@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import erf
@@ -20,6 +22,7 @@ from impactsig.reconstruct.dimensions import (
     _limit,
     _unrelated,
 )
+from impactsig.reconstruct.dimensions._among_pairs import error_among_pairs
 from impactsig.reconstruct.dimensions._kernel_sum import BLOCKS, kernel_sum
 from impactsig.reconstruct.dimensions._noise import Noise, estimated
 from impactsig.reconstruct.dimensions._slope import slope
@@ -369,7 +372,52 @@ def test_a_few_impacts_that_are_hardly_timed_do_not_speak_for_all():
     assert found.slope.value == pytest.approx(exact.slope.value, abs=0.04)
     even = rng.uniform(0.5, 2.0, 2001) * 1e-4
     found = correlation_dimension(Impacts(time, time_error=even))
-    assert found.timing_error == pytest.approx(np.sqrt(np.mean(even**2)))
+    assert found.timing_error == pytest.approx(np.sqrt(np.mean(even**2)), rel=0.05)
+
+
+def uneven(count, seed):
+    """Intervals of Hénon's map as impacts that are timed the better the longer the interval."""
+    rng = np.random.default_rng(seed)
+    x = 3 + henon(count, seed=seed)
+    error = 3e-3 * 8.0 ** ((3 - x) / 1.3)[[0, *range(count)]]
+    time = np.cumsum(np.concatenate(([0.0], x))) + error * rng.standard_normal(count + 1)
+    return x, Impacts(time, time_error=error)
+
+
+@pytest.mark.parametrize("delay", [1, 2])
+def test_errors_count_as_often_as_their_vectors_have_neighbours(delay):
+    train = uneven(400, 3)[1]
+    train = replace(train, gaps=[[train.time[200] + 1e-3, train.time[201] - 1e-3]])
+    usual = float(np.sqrt(np.mean(train.time_error**2)))
+    expected = naive_reconstruct.error_among_pairs(train, delay, usual)
+    assert error_among_pairs(train, delay, usual) == pytest.approx(expected, rel=1e-9)
+    assert abs(expected / usual - 1) > 0.03
+
+
+def test_noise_that_goes_with_the_state_is_taken_off():
+    off = {"given": [], "usual": []}
+    for seed in range(4):
+        x, train = uneven(2000, seed)
+        found = correlation_dimension(train)
+        usual = float(np.sqrt(np.mean(train.time_error**2)))
+        taken = correlation_dimension(train, timing_error=usual)
+        for name, one in (("given", found), ("usual", taken)):
+            exact = correlation_dimension(x, 3, value_error=0.0, scales=one.slope.scales)
+            off[name].append(one.slope.value - exact.slope.value)
+    assert abs(np.mean(off["given"])) < 0.02
+    assert abs(np.mean(off["usual"])) > 2 * abs(np.mean(off["given"]))
+
+
+def test_what_impacts_share_of_their_errors_is_no_noise_of_intervals():
+    train = uneven(1000, 5)[1]
+    both = np.hypot(train.time_error, 0.01)
+    shared = replace(train, time=1e-2 * train.time, time_error=1e-2 * both,
+                     shared_time_error=np.full(1001, 1e-4), start=None, duration=None)  # fmt: skip
+    alone = replace(shared, time_error=1e-2 * train.time_error, shared_time_error=None)
+    found, expected = (correlation_dimension(one) for one in (shared, alone))
+    # Intervals of 0.03 s have 3 % of it.
+    left = np.sqrt(0.03) * 1e-4
+    assert found.timing_error == pytest.approx(np.hypot(expected.timing_error, left), rel=0.03)
 
 
 def test_the_floor_printed_is_the_least_scale_used():

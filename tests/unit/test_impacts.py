@@ -244,10 +244,50 @@ def test_the_covariance_of_intervals():
         five().intervals(errors=True)
 
 
+def test_intervals_are_free_of_the_error_that_a_second_shares():
+    rng = np.random.default_rng(4)
+    time = np.cumsum(rng.choice([0.05, 0.2, 0.45, 0.8, 1.4], 40))
+    own, shared = rng.uniform(1e-6, 3e-6, 40), np.full(40, 5e-6)
+    train = Impacts(time, time_error=np.hypot(own, shared), shared_time_error=shared)
+    # Seconds that begin anywhere: two instants are in one with a chance that falls to 0 at 1 s.
+    together = np.maximum(1.0 - np.abs(time[:, None] - time), 0.0)
+    difference = np.diff(np.eye(40), axis=0)
+    expected = np.diag(own**2) + together * 25e-12
+    expected = difference @ expected @ difference.T
+    found = train.intervals(errors=True)[1].toarray()
+    near = np.abs(np.subtract.outer(np.arange(39), np.arange(39))) < 2
+    np.testing.assert_allclose(found[near], expected[near], rtol=1e-9)
+    assert not found[~near].any()
+    # Three in a second: nothing but their own.
+    close = Impacts([0.0, 0.1, 0.2], time_error=[3e-6] * 3, shared_time_error=[2e-6] * 3)
+    found = close.intervals(errors=True)[1].toarray()
+    np.testing.assert_allclose(found[0, 1], -5e-12)
+    np.testing.assert_allclose(np.diag(found), 10e-12 + 2 * 4e-12 * 0.1)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 30))
+def test_the_covariance_of_intervals_is_one(seed, count):
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(10 ** rng.uniform(-3, 1, count))
+    shared = 10 ** rng.uniform(-8, -4, count)
+    error = shared + rng.choice([0.0, 1e-9, 1e-5], count)
+    train = Impacts(time, time_error=error, shared_time_error=shared)
+    covariance = train.intervals(errors=True)[1].toarray()
+    scale = 1e9 * np.sqrt(np.abs(np.diag(covariance)) + 1e-30)
+    assert np.linalg.eigvalsh(covariance * 1e18 / np.outer(scale, scale)).min() > -1e-9
+
+
+@pytest.mark.parametrize("error", [None, [2e-6, 1e-6]])
+def test_no_more_of_an_error_is_shared_than_there_is(error):
+    with pytest.raises(InvalidInput, match=r"shared_time_error.*at most time_error"):
+        Impacts([1.0, 2.0], time_error=error, shared_time_error=[1.5e-6, 1.5e-6])
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
         ("time_error", [0.1, -0.1], "-0.1 at index 1"),
+        ("shared_time_error", [0.1, -0.1], "-0.1 at index 1"),
         ("peak_error", [0.1, np.nan], "nan at index 1"),
         ("probability", [0.5, 1.1], "1.1 at index 1"),
         ("stop_index", [0, 0.5], "0.5 at index 1"),

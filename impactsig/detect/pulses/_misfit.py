@@ -17,7 +17,7 @@ from ..._compiled import allocating, inner
 from ._common_rest import crest_of
 from ._model import POWER, POWERS, parts_of
 from ._touch import STRETCHES, add_edges, read_touch
-from .edges import ERRORS, FIT
+from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
@@ -29,6 +29,11 @@ COARSE, UNSEEN = 0.25, 0.075
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
+FEW_SHARED = 0.7
+"""Of that, what all pulses of a span are off by."""
+STEEP, FEW = 1.05, 8.0
+"""Power, of 1 at least, and samples up to which an edge may be of infinite slope: its touch lies
+between two samples, wherever these fall, and the error of it is not shared."""
 FARTHEST = 0.2
 """Contact times that a fit is moved."""
 
@@ -69,6 +74,8 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
         contact = row[1] if timed else _length(row)
         row[0] = max(row[0] + start * contact, 0.0)
         row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2)
+        if early > STEEP or rise * _length(row) > FEW:
+            row[SHARED] = math.sqrt(row[SHARED] ** 2 + start_variance * contact**2)
         if timed:
             row[1] += (end - start) * contact
             more = (start_variance + end_variance) * contact**2
@@ -78,6 +85,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             row,
             math.hypot(first, COARSE / _samples_on(rise * length)),
             math.hypot(last, COARSE / _samples_on(fall * length)),
+            COARSE / _samples_on(rise * length),
             timed,
         )
         if row[FIT + UNIT] > 0.0:
@@ -100,7 +108,7 @@ def allow_for_unseen(rows, alike, hidden, timed):
         length = parts.rise + parts.flat + parts.fall
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
-        _add_touches(rows[k], first, last, timed)
+        _add_touches(rows[k], first, last, first, timed)
 
 
 @inner
@@ -110,9 +118,10 @@ def _samples_on(edge):
 
 
 @inner
-def _add_touches(row, first, last, timed):
+def _add_touches(row, first, last, few, timed):
     """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
     row[ERRORS] = math.hypot(row[ERRORS], first)
+    row[SHARED] = math.hypot(row[SHARED], FEW_SHARED * few)
     if timed:
         row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)
 

@@ -12,7 +12,8 @@ from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
-FIT = 14  # and of what is kept of a fit, see `fit_errors.py`
+SHARED = 14  # what pulses of one span share of that of start
+FIT = 15  # first column of what is kept of a fit, see `fit_errors.py`
 
 
 class Baseline(NamedTuple):

@@ -30,7 +30,7 @@ from ._shared_shape_kernels import (
     set_free,
     variance_along,
 )
-from .edges import ERRORS, FIT
+from .edges import ERRORS, FIT, SHARED
 from .fit_errors import (
     BESIDE,
     EDGE,
@@ -230,10 +230,13 @@ def _measure(row, i, fits, shape, timed, alone, work):
     along[0, START] = along[2, 0] = 1.0
     along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
     along[1, LENGTH] = contact
-    start = _variance(along[0], i, fits, shape, alone, seen, turned)
+    start, shared = variance_along(along[0], i, fits, shape, seen, turned)
     # That of the baseline hardly moves a length that the shape holds.
-    lasting = _variance(along[1], i, fits, shape, alone, seen, turned)
-    peak = _variance(along[2], i, fits, shape, True, seen, turned)
+    lasting, by_shape = variance_along(along[1], i, fits, shape, seen, turned)
+    peak, of_peaks = variance_along(along[2], i, fits, shape, seen, turned)
+    if not alone:
+        shared = by_shape = 0.0  # touches are read off the mean edge
+    start, lasting, peak = start + shared, lasting + by_shape, peak + of_peaks
     if not (start >= 0.0 and lasting >= 0.0 and peak >= 0.0):
         return  # rounding is all that is left of them
     for m in range(WIDER):
@@ -241,6 +244,7 @@ def _measure(row, i, fits, shape, timed, alone, work):
     kept[SHORT] = min(flat, 0.0)
     row[0] = kept[ZERO] + new[START]
     row[ERRORS] = math.sqrt(start + kept[BESIDE] + (BENT * moved) ** 2)
+    row[SHARED] = math.sqrt(max(shared, 0.0))
     if timed:
         row[1], row[4] = contact, parts.rise + 0.5 * flat
         row[ERRORS + 1] = math.sqrt(lasting)
@@ -276,10 +280,3 @@ def _begin_again(kept, shape, length, new):
     for m in range(WIDER):
         kept[NOW + m] = new[m]
     kept[SHORT] = 0.0
-
-
-@inner
-def _variance(direction, i, fits, shape, alone, seen, turned):
-    """Variance of a linear function of pulse i, with that of the shared shape if `alone`."""
-    own, common = variance_along(direction, i, fits, shape, seen, turned)
-    return own + common if alone else own

@@ -15,7 +15,7 @@ from ...impacts import Impacts
 from .._arguments import finite_range
 from .._fits import Fit, FitName, fit_of
 from .._series import series, stretches, unbroken
-from .._stated import stated_errors
+from .._stated import BY_IMPACTS, stated_errors
 from .._theiler import theiler_window
 from .._values import quantum
 from ..recognition.kinds import Kind
@@ -309,8 +309,9 @@ def correlation_dimension(
     timing_error : float, optional
         Standard deviation of the errors of the instants between which the values are intervals.
         Unless it or `value_error` is given, that of impacts is the root mean square of their
-        `time_error`, but for those more than five times that of the others; where there is none it
-        is estimated from the data.
+        `time_error` (less `shared_time_error`, which short intervals are free of), each as often
+        as it has a part in close pairs, but for those more than five times that of the others;
+        where there is none it is estimated from the data.
     value_error : float, optional
         Standard deviation of independent noise on each value.
     missed, spurious : float, optional
@@ -408,6 +409,10 @@ def correlation_dimension(
         workers,
         rule,
     )
+    if errors is not None and errors.source == BY_IMPACTS:
+        from ._among_pairs import error_among_pairs
+
+        errors = errors._replace(timing=error_among_pairs(x, delay, errors.timing))
     noise = _noise(errors, impacts is not None, step, setting)
     found = _dimension.estimate(setting, noise, m)
     if contraction is None:
