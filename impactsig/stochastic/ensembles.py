@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 LOOK = 8  # steps from one look to the next, unless the time between is given
 BATCH = 512  # looks between two visits of the kernels
-PATHS_ON_GPU = 2**13  # of a launch
+PATHS_ON_GPU, CELLS_ON_GPU = 2**13, 2**25  # of a launch, at most
 SLICES = 32  # of the course of the mean energy
 QUANTITIES = ("energy", "displacement", "velocity")
 
@@ -238,7 +238,8 @@ def simulate_ensemble(
     look_at, together = _look_at, LANES
     if gpu:
         _for_gpu(oscillator, method)
-        look_at, together = _look_at_on_gpu, PATHS_ON_GPU
+        together = max(1, min(PATHS_ON_GPU, CELLS_ON_GPU // (bins // 2) ** 2))
+        look_at = _look_at_on_gpu
     mover = Mover(oscillator, found.step, method, found.phase, key_of(seed))
     table = potential(oscillator, mover.functions.law, *edges[1][[0, -1]])
 

@@ -62,16 +62,16 @@ class Continuation:
         if isinstance(start, FlowOrbit):
             self.begin = start.state if start.forced else np.append(start.state, start.period)
             self.size = size_of(start)
-            size, scales, self.anchored = 1.0, self.map(first, self.begin).scales, True
+            shooting, size, self.anchored = self.map(first, self.begin), 1.0, True
         else:
             self.begin = start.state
             shooting = self.map(first, self.begin)
-            scales, self.anchored = shooting.scales, shooting.anchored
+            self.anchored = shooting.anchored
             times = np.linspace(0, 0.99, 64) * start.periods * seconds_of(start)
             states = shooting.states(start.motion(), times)
-            size = max(*(np.ptp(states, axis=0) / scales), 1e-12)
-        self.unit = np.append(size * scales, abs(last - first))
-        self.together = self.map(first, self.begin).side_by_side
+            size = max(*(np.ptp(states, axis=0) / shooting.scales), 1e-12)
+        self.unit = np.append(size * shooting.scales, abs(last - first))
+        self.together = shooting.side_by_side
 
     def map(self, parameter: float, anchor: np.ndarray) -> Any:
         """The return map at a parameter value; of a flow, near a state."""

@@ -168,14 +168,8 @@ def forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None
         found = _forcing_of(columns, reference)
     machines = np.arange(columns.n)
     inertia = np.where(found.inertia > 0, found.inertia, np.inf)[:, None]
-    check_finite(
-        {
-            "inertia": inertia,
-            "cosine of the force": found.cosine.T,
-            "sine of the force": found.sine.T,
-        },
-        machines,
-    )
+    force = np.concatenate([found.cosine, found.sine]).T
+    check_finite({"inertia": inertia, "force": force}, machines)
     apart = ~(found.ratio <= APART).all(axis=0)
     if apart.any():
         raise InvalidInput(
