@@ -10,6 +10,7 @@ import numpy as np
 
 from ._arguments import flag, instance, number
 from ._showing import Shown
+from ._spread import DEVIATION_BY_MEDIAN
 from .errors import InvalidInput
 from .impacts import Impacts
 
@@ -263,9 +264,10 @@ def _fit(
 
     pairs = assign(a, line.at(b), within)
     error = a[pairs[:, 0]] - line.at(b[pairs[:, 1]])
-    spread = 1.4826 * float(np.median(np.abs(error - np.median(error)))) if len(error) else 0.0
-    kept = np.abs(error - np.median(error)) <= max(TRIM * spread, 1e-12) if len(error) else []
-    pairs = pairs[kept]
+    if len(error):
+        off = np.abs(error - np.median(error))
+        spread = DEVIATION_BY_MEDIAN * float(np.median(off))
+        pairs = pairs[off <= max(TRIM * spread, 1e-12)]
     if len(pairs) < 3:
         raise InvalidInput("impacts", f"{len(pairs)} pairs", "impacts that both trains hold")
     x, y = b[pairs[:, 1]], a[pairs[:, 0]]

@@ -83,6 +83,7 @@ def swept(chosen: argparse.Namespace) -> Iterator[str]:
         study = sweep(
             observing,
             axes,
+            vectorized=True,
             directory=chosen.out,
             tile=chosen.tile,
             attributes=attributes | _units(chosen.make, axes),
@@ -213,10 +214,15 @@ def _axes(chosen: argparse.Namespace) -> dict[str, list[float]]:
 
 def _try(observing: Observing, axes: dict[str, list[float]]) -> None:
     """Run one cell, so that an error of the command itself shows before the sweep begins."""
+    import numpy as np
+
+    def observe(place: int) -> None:
+        observing(**{name: np.array([values[place]]) for name, values in axes.items()})
+
     try:
-        observing(**{name: values[0] for name, values in axes.items()})
+        observe(0)
     except Exception:
-        observing(**{name: values[-1] for name, values in axes.items()})
+        observe(-1)
 
 
 def _units(scene: Any, axes: dict[str, list[float]]) -> dict[str, dict[str, str]]:

@@ -12,13 +12,13 @@ import math
 
 import numpy as np
 
+from .._spread import DEVIATION_BY_MEDIAN
 from ..impacts import Impacts
 
 SECOND = 1.0  # [s]
 HUBER = 1.345
 """Standard deviations beyond which a second counts less: 95 % of the mean's efficiency where errors
 are normal."""
-NORMAL = 1.4826  # standard deviations of a normal distribution to its median deviation
 ROUNDS, STAYS = 30, 1e-6
 ROUNDING = 1e-12  # of a contact time
 
@@ -45,7 +45,9 @@ def mean_contact(impacts: Impacts) -> tuple[float | None, float | None]:
     means = np.add.reduceat(contact, first) / count
     stated = np.zeros(len(means)) if errors is None else np.add.reduceat(errors, first) / count
     middle = _median(means)
-    apart = max(NORMAL * _median(np.abs(means - middle)), _median(stated), ROUNDING * middle)
+    apart = max(
+        DEVIATION_BY_MEDIAN * _median(np.abs(means - middle)), _median(stated), ROUNDING * middle
+    )
     weight = np.ones(len(means))
     for _ in range(ROUNDS):
         off = np.abs(means - middle)

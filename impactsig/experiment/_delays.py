@@ -25,6 +25,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._spread import DEVIATION_BY_MEDIAN
+
 BESIDE = 0.15
 """Forcing periods from where an impact is expected to where it is."""
 SKIPPED = 3
@@ -92,7 +94,7 @@ def transient_of(
         return []
     # What lies beyond may be another transient: the quietest stretch is none.
     quiet = min(np.median(abs(one)) for one in np.array_split(off, len(off) // (LONG // 2)))
-    noise = 1.4826 * float(quiet)
+    noise = DEVIATION_BY_MEDIAN * float(quiet)
     off = off * np.sign(np.median(off[:LEAST]))
     # The transient lasts from the change to where it is lost in the noise, or turns over.
     lost = off < ABOVE * noise

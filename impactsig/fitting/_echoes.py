@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._spread import DEVIATION_BY_MEDIAN
 from ..simulate.batches.trains import Impacting
 from ._partition import Train
 
@@ -95,7 +96,7 @@ def _spread(late: np.ndarray, delay: float, window: float) -> float:
     reach, spread = window / 2, window
     for _ in range(ROUNDS):
         near = np.abs(late - delay)
-        before, spread = spread, 1.4826 * float(np.median(near[near <= reach]))
+        before, spread = spread, DEVIATION_BY_MEDIAN * float(np.median(near[near <= reach]))
         if abs(spread - before) < 0.02 * before:
             break
         reach = min(REACH * spread, WIDEST * window)

@@ -15,7 +15,7 @@ from .._arguments import reals
 from .._showing import html_table
 from ..errors import InvalidInput
 from .oscillator import Oscillator
-from .parts import Rigid, columns_allowed
+from .parts import Hertz, Rigid, columns_allowed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -189,10 +189,32 @@ def _batch(
         columns = scene(**arguments(lambda values: values), **more)
     finally:
         columns_allowed.reset(token)
+    _linear_between_events(columns)
     first = suspicious(columns)
     if first is not None:
         item(first)  # which is refused with the reason
     return OscillatorBatch(columns, full, shape, item)
+
+
+def _linear_between_events(columns: Oscillator) -> None:
+    """Refuse a structure that is not moved by compiled calls for many.
+
+    Raises
+    ------
+    InvalidInput
+        If it has a law, a Hertz stop or noise.
+    """
+    noise = columns.noise
+    for name, value, there in (
+        ("law", columns.law, columns.law is not None),
+        ("stops", columns.stops, any(isinstance(stop.law, Hertz) for stop in columns.stops)),
+        ("noise", noise, noise is not None and noise.intensity > 0),
+    ):
+        if there:
+            raise InvalidInput(
+                name, value, "none in a batch, whose oscillators are linear between events",
+                "Make them one by one: [scene(value) for value in values]",
+            )  # fmt: skip
 
 
 def suspicious(columns: Oscillator) -> int | None:

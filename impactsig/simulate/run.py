@@ -25,7 +25,7 @@ from .basis.events import (
     TURNS,
     row_of,
 )
-from .basis.frame import first_phase
+from .basis.frame import first_phase, forcing_of_one
 from .exact.exact import ExactEngine, piecewise_linear
 from .exact.starts import first_place
 from .motion import Motion, assemble
@@ -68,7 +68,11 @@ class Run:
         omega = self.engine.omega
         self.per_turn = 1.0 if duration is None else omega / (TURN * oscillator.time_unit)
 
-        q, v = first_place(oscillator, initial, self.phase)
+        if isinstance(self.engine, ExactEngine):
+            columns, forcing = self.engine.stack.columns, self.engine.stack.forcing
+        else:
+            columns, forcing = forcing_of_one(oscillator)
+        q, v = first_place(columns, forcing, initial, self.phase)
         clock = np.array([0.0, self.phase, 0.0])
         self.now = Moment(clock, *self.engine.begin(q, v, self.phase))
         self.status = STATUS[DONE]

@@ -13,7 +13,8 @@ from .._arguments import Seed, thread_count, whole
 from .._showing import Shown
 from .._watched import progress
 from ..errors import InvalidInput
-from ..oscillators import Oscillator
+from ..oscillators import Oscillator, Rigid
+from ..studies.device import Executor, on_gpu
 from ._arguments import Course, course
 from .density import Density, JointDensity, moments, shares
 from .paths.posing import potential
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 LOOK = 8  # steps from one look to the next, unless the time between is given
 BATCH = 512  # looks between two visits of the kernels
+PATHS_ON_GPU, CELLS_ON_GPU = 2**13, 2**25  # of a launch, at most
 SLICES = 32  # of the course of the mean energy
 QUANTITIES = ("energy", "displacement", "velocity")
 
@@ -142,6 +144,7 @@ def simulate_ensemble(
     energy_range: tuple[float, float] | None = None,
     displacement_range: tuple[float, float] | None = None,
     velocity_range: tuple[float, float] | None = None,
+    executor: Executor = "threads",
     workers: int | None = None,
 ) -> Ensemble:
     """Simulate many paths of an oscillator under noise, and estimate densities and moments.
@@ -189,6 +192,10 @@ def simulate_ensemble(
         Cells of a marginal density, at least 8; half as many for each axis of the joint one.
     energy_range, displacement_range, velocity_range : (float, float), optional
         What the cells span; by default what a few short paths meet and some more.
+    executor : {"threads", "gpu"}
+        What moves the paths. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``,
+        takes the splitting method of oscillators without functions of the user's; its noise is the
+        same, but its own functions of angles may change the last bits of a path.
     workers : int, optional
         Threads; as many as there are cores unless given. The result does not depend on it.
 
@@ -199,8 +206,10 @@ def simulate_ensemble(
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, the step is larger than the fastest time scale, or the
-        method cannot move this oscillator.
+        If an argument is out of its range, the step is larger than the fastest time scale, the
+        method cannot move this oscillator, or there is no GPU or one that cannot.
+    MissingExtra
+        If ``impactsig[gpu]`` is needed and not there.
 
     See Also
     --------
@@ -215,6 +224,7 @@ def simulate_ensemble(
     True
     """
     paths, bins = whole("paths", paths, 2), whole("bins", bins, 8)
+    gpu = on_gpu(executor, workers)
     threads = thread_count(workers)
     found = course(
         oscillator, paths, periods=periods, duration=duration, transient=transient,
@@ -225,17 +235,22 @@ def simulate_ensemble(
         _edges(f"{name}_range", given, known, bins)
         for name, given, known in zip(QUANTITIES, asked, found.survey.ranges, strict=True)
     ]
+    look_at, together = _look_at, LANES
+    if gpu:
+        _for_gpu(oscillator, method)
+        together = max(1, min(PATHS_ON_GPU, CELLS_ON_GPU // (bins // 2) ** 2))
+        look_at = _look_at_on_gpu
     mover = Mover(oscillator, found.step, method, found.phase, key_of(seed))
     table = potential(oscillator, mover.functions.law, *edges[1][[0, -1]])
 
     def one(first: int) -> _Part:
-        return _look_at(mover, found, table, edges, first, min(first + LANES, paths))
+        return look_at(mover, found, table, edges, first, min(first + together, paths))
 
     parts = []
-    with ThreadPoolExecutor(threads) as pool, progress(paths, " paths") as advance:
-        for part in pool.map(one, range(0, paths, LANES)):
+    with ThreadPoolExecutor(1 if gpu else threads) as pool, progress(paths, " paths") as advance:
+        for part in pool.map(one, range(0, paths, together)):
             parts.append(part)
-            advance(min(LANES, paths - LANES * (len(parts) - 1)))
+            advance(min(together, paths - together * (len(parts) - 1)))
     return _gather(oscillator, method, found, edges, parts)
 
 
@@ -283,6 +298,42 @@ def _look_at(
         energies(mover.problem, table, mover.functions.law, seen, at + apart, apart, energy)
         keep(kept, seen, energy, found.looks)
         done += some
+    return _part_of(kept, group.count)
+
+
+def _look_at_on_gpu(
+    mover: Mover, found: Course, table: Potential, edges: list[np.ndarray], first: int, last: int
+) -> _Part:
+    """As `_look_at`, by a GPU."""
+    from .paths.gpu import look_at
+
+    paths = np.arange(first, last)
+    group = mover.start(found.q[first:last], found.v[first:last], paths)
+    kept = _nothing_kept(len(paths), edges)
+    span = found.before, found.every, found.looks, BATCH
+    look_at(mover.problem, table, mover.key, group.paths, group.state, group.count, span, kept)
+    return _part_of(kept, group.count)
+
+
+def _for_gpu(oscillator: Oscillator, method: Method) -> None:
+    """Refuse what a GPU does not move.
+
+    Raises
+    ------
+    InvalidInput
+        If it is another method, or an oscillator with functions of the user's.
+    """
+    remedy = 'Else take executor="threads"'
+    if method != "splitting":
+        raise InvalidInput("method", method, '"splitting" for a GPU', remedy)
+    laws = [stop.law.restitution for stop in oscillator.stops if isinstance(stop.law, Rigid)]
+    for name, function in [("law", oscillator.law), *(("restitution", one) for one in laws)]:
+        if callable(function):
+            raise InvalidInput(name, function, "no function of the user's for a GPU", remedy)
+
+
+def _part_of(kept: Kept, impacts: np.ndarray) -> _Part:
+    """Counts and sums of those paths of a group that have stayed finite."""
     finite = np.isfinite(kept.sums).all(axis=1)
     counts = [each[finite] for each in (kept.energy, kept.x, kept.v, kept.joint)]
     return _Part(
@@ -290,7 +341,7 @@ def _look_at(
         [np.square(each, dtype=np.int64).sum(axis=0) for each in counts],
         kept.sums[finite],
         kept.course[finite],
-        group.count[finite],
+        impacts[finite],
     )
 
 

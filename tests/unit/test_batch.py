@@ -16,6 +16,7 @@ from impactsig import (
     Hertz,
     InvalidInput,
     KelvinVoigt,
+    Noise,
     Oscillator,
     Rigid,
     Stop,
@@ -230,6 +231,12 @@ def test_friction_may_be_none_of_some():
             "length",
         ),
         (lambda: scenes.van_der_pol_duffing(np.array([0.5, 0.6])), "restitution"),
+        (lambda: scenes.okolewski(np.array([2.0, 3.0]), 0.6, noise=Noise(0.1)), "noise"),
+        (lambda: scenes.okolewski(np.array([2.0, 3.0]), 0.6, law=lambda t, x, v: -x), "law"),
+        (
+            lambda: scenes.okolewski(np.array([2.0, 3.0]), 0.6, stops=(Stop(0.1, Hertz(9.0)),)),
+            "stops",
+        ),
         (
             lambda: simulate(scenes.karpodinis(np.ones(3)), periods=1, initial=np.zeros((2, 2))),
             None,

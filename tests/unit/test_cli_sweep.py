@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from impactsig import cli, lyapunov_spectrum, open_study, orbit_period, scenes, simulate
+from impactsig.cli import _observables
 from impactsig.cli import _sweeping as options
 from impactsig.cli._observables import ENDS, OBSERVABLES, Observable, Observing
 from impactsig.simulate.basis.events import STATUS
@@ -78,14 +79,42 @@ def test_sticking_and_ends(monkeypatch):
     )  # fmt: skip
     motion = simulate(scenes.okolewski(3, 0.6), periods=400, transient=200)
     held = sum(end - begin for begin, end in motion.sticks)
-    assert cell(eta=3.0) == {"sticking_share": pytest.approx(held / motion.duration), "status": 0}
+    assert cell(eta=np.array([3.0])) == {
+        "sticking_share": pytest.approx(held / motion.duration), "status": 0,
+    }  # fmt: skip
     assert held > 0
     assert set(ENDS) == {end for end in STATUS if end}
     from impactsig.simulate import run as _run
 
     monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 0)
     cell = Observing(scenes.karpodinis, {}, {"periods": 300_000}, ("status",))
-    assert ENDS[int(cell(frequency=22.1)["status"])] == "work limit"
+    assert ENDS[int(cell(frequency=np.array([22.1]))["status"][0])] == "work limit"
+
+
+@pytest.mark.parametrize(
+    ("scene", "fixed", "cells"),
+    [
+        (scenes.karpodinis, {}, {"frequency": [20.1, 22.1, 30.0], "amplitude": [0.3, 0.2, 0.01]}),
+        (scenes.okolewski, {"restitution": 0.6}, {"eta": [2.0, 3.0, 3.7]}),
+        (
+            scenes.begley_virgin,
+            {"sigma": 1.5},
+            {"gamma": [0.5, 0.9, 1.4], "friction": [0.1, 0.2, 0.8]},
+        ),
+    ],
+)
+def test_cells_moved_together_have_the_bits_of_single_ones(scene, fixed, cells, monkeypatch):
+    cell = Observing(scene, fixed, {"periods": 12, "transient": 5}, tuple(OBSERVABLES))
+    cells = {name: np.array(values) for name, values in cells.items()}
+    assert cell._batch(cells) is not None
+    together = cell(**cells)
+    monkeypatch.setattr(_observables, "KEPT", 24)  # two cells at a time
+    parts = cell(**cells)
+    monkeypatch.setattr(Observing, "_batch", lambda *given: None)
+    for name, alone in cell(**cells).items():
+        np.testing.assert_array_equal(together[name], alone)
+        np.testing.assert_array_equal(parts[name], alone)
+    assert together["impacts_per_period"].any()
 
 
 def test_nothing_is_kept_that_nobody_asked_for(monkeypatch):
@@ -93,7 +122,7 @@ def test_nothing_is_kept_that_nobody_asked_for(monkeypatch):
     monkeypatch.setitem(
         OBSERVABLES, "events", Observable("is told", lambda one: seen.append(one.motion) or 0.0)
     )
-    Observing(scenes.karpodinis, {}, {"periods": 10}, ("events",))(frequency=22.1)
+    Observing(scenes.karpodinis, {}, {"periods": 10}, ("events",))(frequency=np.array([22.1]))
     assert seen[0].impacts is None
 
 

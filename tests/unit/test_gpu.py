@@ -6,16 +6,22 @@ kernels here. A device's own functions of angles may differ from those in the la
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numba
 import numpy as np
 import pytest
 
 from impactsig import (
+    BaseMotion,
     Force,
+    Friction,
     Hertz,
     ImpactsigError,
     InvalidInput,
+    KelvinVoigt,
     MissingExtra,
+    Noise,
     Oscillator,
     Rigid,
     Stop,
@@ -24,8 +30,10 @@ from impactsig import (
     lyapunov_spectrum,
     periodicity_chart,
     scenes,
+    simulate_ensemble,
     simulate_many,
 )
+from impactsig.stochastic.paths.equation import BLOCK
 from impactsig.studies import device
 from impactsig.studies.device import parts_of_device
 from tests.cells_device import walls
@@ -162,6 +170,52 @@ def test_exponents(gpu):
         agree(found, own, 100 * within)
 
 
+ENSEMBLES = {
+    "white": Oscillator(damping=0.1, noise=Noise(0.1), stops=(Stop(0.3, Rigid(0.7)),)),
+    "friction": Oscillator(
+        damping=0.05, noise=Noise(0.2), friction=Friction(0.1, 0.15),
+        stops=(Stop(0.3, Rigid(0.7)), Stop(-0.4, Rigid(0.9), "lower")),
+    ),
+    "band": Oscillator(
+        damping=0.1, noise=Noise(0.1, correlation_time=3.0, angular_frequency=1.2),
+        forces=(Force(0.3, 1.1),), stops=(Stop(0.3, Hertz(4.0)),),
+    ),
+    "soft": Oscillator(
+        damping=0.1, noise=Noise(0.1), base=BaseMotion(0.2, 1.1, stops=True),
+        stops=(Stop(0.3, KelvinVoigt(5.0, 0.1)), Stop(-0.3, KelvinVoigt(5.0, 0.1), "lower")),
+    ),
+    "stiffness": Oscillator(
+        damping=0.2, noise=Noise(0.02, parametric=True), stops=(Stop(0.3, Rigid(0.7)),)
+    ),
+}  # fmt: skip
+
+
+def ensemble_of(name, executor):
+    """Numbers of an ensemble of three paths, through more than one draw of random numbers."""
+    found = simulate_ensemble(
+        ENSEMBLES[name], paths=3, duration=4.0, transient=1.0, initial=(0.1, 0.4), seed=5, bins=16,
+        executor=executor,
+    )  # fmt: skip
+    densities = [
+        (one.density, one.standard_error, one.mean, one.mean_error, one.sd)
+        for one in (found.energy, found.displacement, found.velocity)
+    ]
+    numbers = found.mean_energy, found.impact_rate, found.impact_rate_error, found.drift
+    return [*densities, (found.joint.density, found.joint.standard_error), numbers], found.step
+
+
+@pytest.mark.parametrize("name", list(ENSEMBLES))
+def test_ensembles(gpu, name):
+    called, within = gpu
+    found, step = called(ensemble_of, name)
+    wanted, _ = ensemble_of(name, "threads")
+    assert 5.0 / step > BLOCK
+    assert wanted[-1][1] > 0
+    for one, other in zip(found, wanted, strict=True):
+        for part, own in zip(one, other, strict=True):
+            agree(part, own, 100 * within)
+
+
 # -- what a GPU does not take ----------------------------------------------------------------------
 
 
@@ -173,6 +227,13 @@ def there(monkeypatch):
 
 def by_speed(v):
     return 0.5
+
+
+SHAKEN = Oscillator(damping=0.1, noise=Noise(0.1))
+
+
+def ensemble(oscillator=SHAKEN, **options):
+    return on_device(simulate_ensemble, oscillator, paths=2, duration=2.0, **options)
 
 
 @pytest.mark.usefixtures("there")
@@ -205,6 +266,10 @@ def by_speed(v):
             "system",
         ),
         (lambda: on_device(periodicity_chart, lambda a, b: flows.rossler(), [1.0], [1.0]), "scene"),
+        (lambda: ensemble(method="gaussian"), "method"),
+        (lambda: ensemble(workers=1), "workers"),
+        (lambda: ensemble(replace(SHAKEN, law=lambda t, x, v: -x)), "law"),
+        (lambda: ensemble(replace(SHAKEN, stops=(Stop(1.0, Rigid(by_speed)),))), "restitution"),
     ],
 )  # fmt: skip
 def test_refusals(call, argument):
@@ -234,8 +299,9 @@ def test_without_a_gpu_it_says_so(monkeypatch):
     [
         lambda: on_device(simulate_many, BEAMS, periods=2),
         lambda: on_device(periodicity_chart, walls, [0.5, 1.0], [0.1, 0.2], periods=9),
+        lambda: ensemble(),
     ],
-    ids=["motions", "strobes"],
+    ids=["motions", "strobes", "ensembles"],
 )
 def test_it_compiles_for_a_device(monkeypatch, call):
     pretend_device(monkeypatch)

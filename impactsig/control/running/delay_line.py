@@ -126,7 +126,7 @@ def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -
         return np.where(depth > 0, spring_push(stiffness, loss, depth, inward), 0.0)
     if restitution >= 0:
         loss = hertz_loss(restitution, approach)
-    return np.asarray(hertz_push(stiffness, exponent, loss, depth, inward))
+    return np.asarray(hertz_push(stiffness, exponent, loss, depth, np.sqrt(depth), inward))
 
 
 def _greatest(values: np.ndarray) -> float:

@@ -22,6 +22,7 @@ from ...simulate.basis.events import (
     TURNS,
     row_of,
 )
+from ...simulate.basis.frame import forcing_of_one
 from ...simulate.basis.tableau import DEGREE
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.starts import first_place
@@ -131,7 +132,7 @@ class DelayedRun(LineRun):
         self.phase = phase
         self.engine = SteppingEngine(oscillator, method or RungeKutta(TOLERANCE), chatter)
         self._by_series = method is None and piecewise_linear(oscillator)
-        q, v = first_place(oscillator, initial, phase)
+        q, v = first_place(*forcing_of_one(oscillator), initial, phase)
         self.state, count = self.engine.begin(q, v, phase)
         self.count = np.zeros(COUNTS, np.int64)
         self.count[: len(count)] = count

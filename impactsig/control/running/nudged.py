@@ -28,7 +28,7 @@ from ...simulate.basis.events import (
     V,
     row_of,
 )
-from ...simulate.basis.frame import base_motion, multiple, pace
+from ...simulate.basis.frame import base_motion, forcing_of_one, multiple, pace
 from ...simulate.exact.starts import first_place
 from ...simulate.motion import Motion, assemble
 from ...simulate.run import CHUNK, LEGS_PER_PERIOD, after, engine_of
@@ -170,7 +170,7 @@ class SpannedRun:
     ) -> None:
         self.oscillator, self.phase = oscillator, phase
         self.engines = Nudged(oscillator, method, chatter, phase)
-        q, v = first_place(oscillator, initial, phase)
+        q, v = first_place(*forcing_of_one(oscillator), initial, phase)
         clock = np.array([0.0, phase, 0.0])
         self.now = Moment(clock, *self.engines.engine.begin(q, v, phase))
         self.first = row_of(START, *self.now)

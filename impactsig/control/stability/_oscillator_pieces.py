@@ -169,7 +169,8 @@ class Pieces:
             else:
                 assert isinstance(law, Hertz)
                 depth = np.maximum(depth, 0.0)
-                push = hertz_push(law.stiffness, law.exponent, law.damping, depth, inward)
+                root = np.sqrt(depth)
+                push = hertz_push(law.stiffness, law.exponent, law.damping, depth, root, inward)
             a = a - side * push / inertia
         if own.law is not None:
             at, moving = base_motion(own, pace(own) * angle)

@@ -51,7 +51,7 @@ def tangent_of(
         impacts, collapses = impacts + lap.here.impacts, collapses + lap.here.collapses
         grazings += lap.here.grazings + lap.grazed
     here = lap.here
-    return map_from(scaled, scale, math.nan, here, impacts, collapses, grazings, here.status)
+    return map_from(scaled, scale, math.nan, here.final, impacts, collapses, grazings, here.status)
 
 
 def spectrum_of(

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..._spread import DEVIATION_BY_MEDIAN
 from ..signal.ladder import FACTOR
 from ..signal.order_kernels import centre_of
 from .coupling_kernels import OFF, regress
 
-MEDIAN = 1.4826  # standard deviation of Gaussian values over the median of their magnitudes
 QUIET = 2e-4
 """Of the range: the least noise that is assumed."""
 WINDOWS = (256, 1024, 2048)
@@ -116,5 +116,5 @@ def _noise(values: np.ndarray) -> float:
     if not values.size:
         return 0.0
     moves = np.abs(np.diff(values)).ravel()
-    spread = MEDIAN * centre_of(moves, len(moves)) / np.sqrt(2.0)
+    spread = DEVIATION_BY_MEDIAN * centre_of(moves, len(moves)) / np.sqrt(2.0)
     return max(spread, QUIET * float(np.ptp(values)))

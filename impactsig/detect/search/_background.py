@@ -62,8 +62,8 @@ class Background:
     def lines_of(self, span: Span, base: float | None = None) -> Lines:
         """The mains lines that the background shows; those of `base` where others show it."""
         grid = self._grid
-        pace, fitted = grid.rate / grid.block, tuple(span.hum)
-        return find_lines(span.sums, span.counts, pace, grid.rate, span.sigma, fitted, base)
+        fitted = tuple(span.hum)
+        return find_lines(span.sums, span.counts, grid.pace, grid.rate, span.sigma, fitted, base)
 
     def take_hum_off(self, span: Span, medians: np.ndarray, lines: Lines) -> None:
         """Remove mains lines, and what of the background shows only then."""
@@ -72,7 +72,7 @@ class Background:
         for turn in range(ROUNDS):
             if turn:
                 lines = self.separate(span, medians)
-            if turn == 1 and not keeps_pace(span.sums, span.counts, grid.rate / grid.block, *first):
+            if turn == 1 and not keeps_pace(span.sums, span.counts, grid.pace, *first):
                 self._put_back(span, medians, *first)
                 break
             found = (span.sums, span.counts, grid.block, grid.rate)
@@ -80,7 +80,7 @@ class Background:
             if not turn:
                 strongest = lines[int(np.argmax(np.abs(fit[:, 0])))]
                 strong = _strong(lines, fit)
-                ratio = pace_of(span.sums, span.counts, grid.rate / grid.block, strongest)
+                ratio = pace_of(span.sums, span.counts, grid.pace, strongest)
                 if strong != lines or ratio != 1.0:
                     lines = strong
                     fit = fit_lines(*found, tuple(ratio * f for f in lines))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..._compiled import allocating, inner, kernel, njit
+from ..._spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, select
 
 OUTLYING = 4.0
@@ -15,7 +16,6 @@ SEVERAL = 4
 """Samples in a row that are no glitch."""
 ALONE = 5.0
 """Times the differences around it that a sample which stands alone is off."""
-MEDIAN = 1.4826  # standard deviation of Gaussian values over the median of their magnitudes
 SIXTH = 4.75  # the same over the magnitude that a sixth of them stay below
 SEEN = 256  # values that a median is taken of
 
@@ -98,7 +98,7 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
     elif len(medians) == 3:  # one chunk alone
         sigma = max(SIXTH * select(values, 0, count - 1, count // 6), least)
     else:
-        sigma = max(MEDIAN * median_of(values, count), least)
+        sigma = max(DEVIATION_BY_MEDIAN * median_of(values, count), least)
     limit = OUTLYING * sigma
     for k in range(len(medians) - 1):  # from the middle of one chunk to that of the next
         a = max(0, k * chunk - chunk // 2)
@@ -178,7 +178,7 @@ def _outlying_blocks(mask, block, sums, counts):
             count += 1
     if count < 16:
         return
-    limit = OUTLYING * MEDIAN * median_of(values, count)
+    limit = OUTLYING * DEVIATION_BY_MEDIAN * median_of(values, count)
     until = 0
     for k in range(len(sums)):
         if abs(sums[k]) <= limit * counts[k] or counts[k] == 0:  # whatever few samples add

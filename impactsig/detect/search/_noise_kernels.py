@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..._compiled import allocating, inner
+from ..._spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, middle, select
-from ._background_kernels import MEDIAN, next_marked
+from ._background_kernels import next_marked
 from ._response_kernels import running_sums
 
 LOUDER = 2.0
@@ -131,7 +132,7 @@ def _response_noise(sums, runs, rungs, floor, sigma, out):
         if count < FEW:
             out[j] = max(out[j - 1] if j else sigma, least)
             continue
-        middle_value = MEDIAN * median_of(values, count)
+        middle_value = DEVIATION_BY_MEDIAN * median_of(values, count)
         upper = select(values, count // 2, count - 1, int(0.9 * count)) / DECILE
         out[j] = max(rungs.gain[j] * max(middle_value, upper), least)
 

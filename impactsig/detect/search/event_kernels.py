@@ -7,19 +7,16 @@ stands highest above its noise is taken first; what it explains of the others is
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ..._compiled import allocating, inner, kernel
-from ..pulses.pair_fit import PAIR
-from ..pulses.touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
-from ..signal.order_kernels import put_in_order, select, value_at
-from ._response_kernels import CREST, gated, noise_at, parts, parts_inside, running_sums
+from ..signal.order_kernels import put_in_order, select
+from ._response_kernels import CREST, parts, running_sums
+from .parting_kernels import parted
+from .width_kernels import EVENT, LEAST, best_width, noise_of, put, room_for
 
-EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
-LEAST = 5.0  # standard deviations that are left of a response once others are taken off
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
 AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
 LOUDER = 2.0  # times the noise that they are at least, where they count
@@ -27,16 +24,6 @@ WIDER = 1.7  # times its width: what a crest's event may be as wide as
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
 LINKS = 3  # crests in a row, each of which explains part of the next
-ROOM = 0.2  # of the way to a neighbour: how far a crest may move
-SURE = 4.5  # standard deviations that the samples fall by between two crests, at least
-RESPONSE = 1.03  # noise of the response to one sample over that of a sample
-
-
-@inner
-def _put(event, rows, k):
-    """Make the event row k; a row given as an array takes numba six seconds to compile."""
-    for i in range(EVENT):
-        rows[k, i] = event[i]
 
 
 @inner
@@ -59,32 +46,6 @@ def explained(apart, width, wide):
     before = _sine_within(centre - near) - _sine_within(centre - far)
     after = _sine_within(centre + far) - _sine_within(centre + near)
     return HALF_SINE_GAIN * (response - 0.5 * (before + after) / (far - near))
-
-
-class Noise(NamedTuple):
-    """Noise of the responses: of the tabulated widths, and of others once computed, else NaN."""
-
-    widths: np.ndarray
-    sigma: np.ndarray
-    known: np.ndarray
-
-
-@allocating
-def _noise_of(here):
-    """Noise of the responses in a stretch."""
-    known = np.full(2 * here.rungs.width[-1], np.nan)
-    return Noise(here.rungs.width.astype(np.float64), here.noise, known)
-
-
-@inner
-def _sigma_at(width, noise):
-    """Noise of the response to a whole number of samples."""
-    if width >= len(noise.known):
-        return noise_at(float(width), noise.widths, noise.sigma)
-    sigma = noise.known[width]
-    if np.isnan(sigma):
-        sigma = noise.known[width] = noise_at(float(width), noise.widths, noise.sigma)
-    return sigma
 
 
 @kernel
@@ -146,7 +107,7 @@ def find_events(here, crests, order, widest, out):
         How many there are.
     """
     x, origin, total = here.x, here.origin, here.total
-    noise = _noise_of(here)
+    noise = noise_of(here)
     chosen = np.empty(len(crests), np.int64)
     kept = _leading(crests, order, noise.widths, chosen)
     events = np.empty((len(out), EVENT))
@@ -155,18 +116,18 @@ def find_events(here, crests, order, widest, out):
     greatest = 0.0
     for k in range(kept):
         greatest = max(greatest, noise.widths[int(crests[chosen[k], 1])])
-    sums = np.empty(_room_for(WIDER * greatest))
+    sums = np.empty(room_for(WIDER * greatest))
     for k in range(kept):
         centre, width = crests[chosen[k], 0], noise.widths[int(crests[chosen[k], 1])]
         if not here.first <= centre < here.last:
             continue
         narrowest = 1.0 if width <= 2.0 else width / 1.6
-        good = _best(x, origin, total, centre, narrowest, WIDER * width, noise, sums, event)
+        good = best_width(x, origin, total, centre, narrowest, WIDER * width, noise, sums, event)
         if good and found < len(events):
             if event[1] <= widest and event[1] >= 4.0:
-                found += _parted(x, origin, total, event, noise, events[found:])
+                found += parted(x, origin, total, event, noise, events[found:])
             else:
-                _put(event, events, found)
+                put(event, events, found)
                 found += 1
     events = events[:found]
     for k in range(found):
@@ -185,7 +146,7 @@ def find_events(here, crests, order, widest, out):
     count = 0
     for k in order:
         if alone[k]:
-            _put(events[k], out, count)
+            put(events[k], out, count)
             count += 1
     return count
 
@@ -287,117 +248,6 @@ def _leading(crests, order, widths, out):
     return kept
 
 
-@inner
-def _margin(widest):
-    """Samples from the crest to the outer end of a flank."""
-    return int(6.2 * widest) + 16
-
-
-@inner
-def _room_for(widest):
-    """Sums that `_best` needs room for."""
-    return 2 * _margin(widest) + 2
-
-
-@inner
-def _best(x, origin, total, centre, narrowest, widest, noise, sums, event, room=np.inf):
-    """Find the best width in a range near a centre, in quarter octaves.
-
-    The crest is looked for within 0.6 widths and `room` of the centre. `sums` is room to work in.
-    """
-    margin = _margin(widest)
-    lo, hi = max(0, int(centre) - margin), min(total, int(centre) + margin + 1)
-    lo, hi = max(lo, origin), min(hi, origin + len(x))
-    running_sums(x, lo - origin, hi - lo, sums)
-    reference = x[lo - origin]
-    event[0], event[1], event[2], event[3], event[4] = centre, narrowest, 0.0, 0.0, 0.0
-    previous = 0
-    steps = math.ceil(4.0 * math.log(widest / narrowest) / math.log(2.0) - 1e-9)
-    for step in range(steps + 1):
-        width = round(narrowest * 2.0 ** (0.25 * step))
-        if width == previous or width > widest + 0.5:
-            continue
-        previous = width
-        near = width + (width + 1) // 2 + 1
-        far = near + 4 * width + 4
-        gain = HALF_SINE_GAIN if width > 1 else 1.0
-        sigma = _sigma_at(width, noise)
-        shift = 0.5 * (width - 1) - (width - 1) // 2
-        stride = max(1, width // 16)
-        reach = min(0.6 * width, room)
-        first = max(round(centre - shift - reach - 0.5), lo)
-        last = min(round(centre - shift + reach + 0.5), hi - 1)
-        per_unit, per_side = 1.0 / width, 1.0 / (far - near)
-        inside = first - lo >= far and last + far < hi
-        for i in range(first, last + 1, stride):
-            if inside:
-                c, left, right = parts_inside(sums, i - lo, width, near, far, per_unit, per_side)
-            else:
-                c, left, right = parts(sums, 0, hi - lo, i - lo, width, near, far)
-            value = gated(c, left, right, gain)
-            if value > sigma * event[3]:
-                event[0], event[1], event[2] = i + shift, width, value
-                event[3], event[4] = value / sigma, 0.5 * (left + right) + reference
-    return event[3] > 0.0
-
-
-@allocating
-def _parted(x, origin, total, event, noise, out):
-    """The events that an event consists of.
-
-    Two where two half-sines explain the samples and one pulse does not; or one for each crest where
-    the samples dip between crests and no single pulse explains that.
-    """
-    _put(event, out, 0)
-    pair = np.empty(PAIR + 1)
-    sigma = noise.sigma[0] / RESPONSE
-    kind = two_pulses(x, origin, event[0], event[1], event[2], event[4], sigma, pair)
-    if kind == NOT_TWO or len(out) < 2:
-        return 1
-    if kind == TWO:
-        least = np.inf
-        for m in range(2):
-            length = math.exp(pair[3 * m + 2])
-            width = max(1.0, round(MATCH * length))
-            out[m, 0], out[m, 1], out[m, 2] = pair[3 * m + 1] + 0.5 * length, width, pair[3 * m]
-            out[m, 3], out[m, 4] = pair[3 * m] / _sigma_at(int(width), noise), pair[PAIR]
-            least = min(least, out[m, 3])
-            if not 0.0 <= out[m, 0] <= total - 1.0:
-                least = 0.0  # the crest of one lies where there are no samples
-        if least >= LEAST:
-            return 2
-        _put(event, out, 0)
-        return 1
-    width, base = event[1], event[4]
-    mean = max(1, int(0.2 * width))
-    lo = max(int(event[0] - 1.1 * width), origin)
-    hi = min(int(event[0] + 1.1 * width) + 1, origin + len(x))
-    count = hi - lo - mean + 1
-    if count < 3:
-        return 1
-    sure = SURE * _sigma_at(mean, noise) / (HALF_SINE_GAIN if mean > 1 else 1.0)
-    crests, dips = np.empty(8, np.int64), np.empty(8, np.int64)
-    here = x[lo - origin : hi - origin]
-    n = crests_between_dips(here, base, mean, 0.15 * event[2], sure, crests, dips)
-    if n < 2 or len(out) < n:
-        return 1
-    found = 0
-    part, sums = np.empty(EVENT), np.empty(_room_for(float(2 * len(here))))
-    for k in range(n):
-        left = dips[k - 1] if k > 0 else crests[k] - (dips[k] - crests[k])
-        right = dips[k] if k < n - 1 else crests[k] + (crests[k] - dips[k - 1])
-        widest = max(1.0, 0.9 * (right - left))
-        narrowest = max(1.0, 0.35 * (right - left))
-        centre = lo + crests[k] + 0.5 * (mean - 1)
-        if _best(x, origin, total, centre, narrowest, widest, noise, sums, part):
-            _put(part, out, found)
-            found += 1
-    if found == 0:
-        _put(event, out, 0)
-        found = 1
-    return found
-
-
 @allocating
 def _distinct(events, order, out):
     """Mark the events that do not overlap a stronger one."""
@@ -414,36 +264,3 @@ def _distinct(events, order, out):
         if out[index]:
             taken[count, 0], taken[count, 1] = centre, width
             count += 1
-
-
-@allocating
-def place(here, events, white, out):
-    """Crest and flanks of events at the widths that they have been given.
-
-    Parameters
-    ----------
-    here : Stretch
-    events : array (n, EVENT)
-        The centre and the flank mean are filled, and the width is rounded.
-    white : array (rungs,)
-        Noise of the responses where it is white, over that of the first of them.
-    out : array (n, 4), filled
-        Centre, flank mean, width, and how many times that of white noise the noise over it is.
-    """
-    noise = _noise_of(here)
-    event = np.empty(EVENT)
-    colours = noise.sigma / (noise.sigma[0] * white)
-    for k in range(len(events)):
-        events[k, 1] = max(np.round(events[k, 1]), 1.0)
-    sums = np.empty(_room_for(events[:, 1].max() if len(events) else 0.0))
-    for k in range(len(events)):
-        width, room = events[k, 1], np.inf
-        for m in (k - 1, k + 1):
-            if 0 <= m < len(events):
-                room = min(room, ROOM * abs(events[m, 0] - events[k, 0]))
-        centre = events[k, 0]
-        x, origin, total = here.x, here.origin, here.total
-        if _best(x, origin, total, centre, width, width, noise, sums, event, room):
-            events[k, 0], events[k, 4] = event[0], event[4]
-        out[k, 0], out[k, 1], out[k, 2] = events[k, 0], events[k, 4], width
-        out[k, 3] = value_at(width, noise.widths, colours)

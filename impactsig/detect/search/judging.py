@@ -11,7 +11,6 @@ from ..signal.grid import Grid
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
 from ..signal.probability import probabilities
-from .event_kernels import EVENT
 from .judging_kernels import (
     SEVERAL,
     UNLIKE,
@@ -23,6 +22,7 @@ from .judging_kernels import (
     strong_enough,
 )
 from .span import Faint, Span
+from .width_kernels import EVENT
 
 FAINT_FLOOR = 0.02
 """The same for fainter ones than are certain, which a sensor's ringing may be."""

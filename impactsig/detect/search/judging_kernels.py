@@ -6,6 +6,7 @@ import numpy as np
 
 from ..._compiled import kernel, njit
 from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..._spread import DEVIATION_BY_MEDIAN
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import quantile
@@ -201,7 +202,7 @@ def draw_together(events, group):
     if len(clear) < 5:
         clear = logs
     middle = quantile(clear, 0.5)
-    spread = max(0.05, 1.4826 * quantile(np.abs(clear - middle), 0.5))
+    spread = max(0.05, DEVIATION_BY_MEDIAN * quantile(np.abs(clear - middle), 0.5))
     for k in range(len(events)):
         own, error = np.log(events[k, 1]), 4.0 / events[k, 3]
         if abs(own - middle) < 3 * np.hypot(spread, error):

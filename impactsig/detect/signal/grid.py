@@ -31,6 +31,11 @@ class Grid:
         self.chunk = max(8, min(round(4 * self.longest), self.span // 2))
         self.block = max(1, round(self.rate / 1500))
 
+    @property
+    def pace(self) -> float:
+        """Means a second."""
+        return self.rate / self.block
+
     def count(self, total: int) -> int:
         """Number of spans of a stretch; a short remainder joins the last."""
         whole, rest = divmod(total, self.span)

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...simulate.basis.columns import Columns
-from ...simulate.basis.events import DONE, MODE, PHASE, STROBE, STROBE_IMPACTS, Q, V
+from ...simulate.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
 from ...simulate.basis.laws import RIGID
 from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import room
 from ...simulate.exact.modes import Stack, stacks, subset
-from ..tangents.carrying import carry_all
-from ..tangents.columns import FIRST, IN_MODE, TOTALS
+from ..tangents.carrying import multiplied_over
+from ..tangents.columns import FIRST
 from ._closing import EXACT, LONGEST, orbits_beside
 from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
 
@@ -167,21 +167,12 @@ def returns(
 
     Points, places and derivatives are in the engine's units.
     """
-    n = len(points)
     moving = Moving.at(stack, points, phase)
     moving.on_gpu = gpu
-    place = np.zeros((n, 6))
-    place[:, PHASE], place[:, IN_MODE] = phase, moving.counts[:, MODE]
-    moving.to(periods.astype(float), True, 1)
-    columns, totals = np.tile(np.eye(2), (n, 1, 1)), np.zeros((n, TOTALS))
-    instants, taken = np.empty((n, 0, 2)), np.empty((n, 0, TOTALS))
-    unlisted = np.empty((n, 0, 3))
-    carry_all(
-        moving, np.ones(n, bool), instants, taken, place, columns, totals, unlisted, False
-    )  # fmt: skip
+    columns, totals = multiplied_over(moving, periods.astype(float))
     with np.errstate(over="ignore", under="ignore"):
         matrix = columns * np.exp(totals[:, FIRST])[:, None, None]
-    machine = np.arange(n)
+    machine = np.arange(len(points))
     q = stack.problem.origin[machine, moving.counts[:, MODE]] + moving.states[:, Q]
     came = (moving.status == DONE) & _inside(stack, points)
     return np.stack([q, moving.states[:, V]], axis=1), matrix, came

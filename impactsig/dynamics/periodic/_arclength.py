@@ -18,6 +18,7 @@ from ._flow_map import FlowMap, size_of
 from .branches import Branch, Kind, SpecialPoint
 from .flow_orbits import FlowOrbit
 from .orbits import PeriodicOrbit, orbit_of, shooting_of
+from .shooting import off_each
 
 FIRST, LONGEST, SHORTEST = 0.01, 0.04, 1e-9  # steps along the branch, in units of its extent
 CORRECTIONS = 8
@@ -61,15 +62,16 @@ class Continuation:
         if isinstance(start, FlowOrbit):
             self.begin = start.state if start.forced else np.append(start.state, start.period)
             self.size = size_of(start)
-            size, scales, self.anchored = 1.0, self.map(first, self.begin).scales, True
+            shooting, size, self.anchored = self.map(first, self.begin), 1.0, True
         else:
             self.begin = start.state
             shooting = self.map(first, self.begin)
-            scales, self.anchored = shooting.scales, shooting.anchored
+            self.anchored = shooting.anchored
             times = np.linspace(0, 0.99, 64) * start.periods * seconds_of(start)
             states = shooting.states(start.motion(), times)
-            size = max(*(np.ptp(states, axis=0) / scales), 1e-12)
-        self.unit = np.append(size * scales, abs(last - first))
+            size = max(*(np.ptp(states, axis=0) / shooting.scales), 1e-12)
+        self.unit = np.append(size * shooting.scales, abs(last - first))
+        self.together = shooting.side_by_side
 
     def map(self, parameter: float, anchor: np.ndarray) -> Any:
         """The return map at a parameter value; of a flow, near a state."""
@@ -94,22 +96,25 @@ class Continuation:
         for iterations in range(CORRECTIONS):
             parameter = float(place[-1] * self.unit[-1])
             anchor = guess[:-1] * self.unit[:-1]
-            shooting = self.map(parameter, anchor)
             state, unit = place[:-1] * self.unit[:-1], self.unit[:-1]
-            residual, gap, here = shooting.off(state)
+            beside = [parameter + h * self.unit[-1] for h in (FLAT, -FLAT)]
+            (shooting, (residual, gap, here)), *sides = self._off(
+                state, anchor, parameter, *(beside if self.together or kept is None else ())
+            )
             if here is None:
                 return None
             gap = gap / unit
             by_state = shooting.slopes(here, unit)
-            at = state, parameter, gap, here.impacts, anchor
-            slopes = self._slopes(by_state, along, kept, *at)
+            column = self._by_parameter(gap, here.impacts, sides) if kept is None else kept
+            slopes = np.vstack([np.column_stack([by_state, column]), along])
             if not np.isfinite(slopes).all():
                 return None
             try:
                 step = -np.linalg.solve(slopes, [*gap, along @ (place - guess)])
                 if residual <= self.options["tolerance"] and np.abs(step).max() < 1e-7:
                     if kept is not None:
-                        slopes = self._slopes(by_state, along, None, *at)
+                        sides = sides or self._off(state, anchor, *beside)
+                        slopes[:-1, -1] = self._by_parameter(gap, here.impacts, sides)
                     tangent = np.linalg.solve(slopes, np.eye(len(place))[-1])
                     tangent /= np.linalg.norm(tangent)
                     tangent *= 1 if tangent @ ahead > 0 else -1
@@ -125,32 +130,25 @@ class Continuation:
                 return None
         return None
 
-    def _slopes(
-        self, by_state: np.ndarray, along: np.ndarray, kept: np.ndarray | None, *at: Any
-    ) -> np.ndarray:
-        """Jacobian of the extended system, with the normal of the plane as its last row.
+    def _off(self, state: np.ndarray, anchor: np.ndarray, *parameters: float) -> list[Any]:
+        """Maps at some parameters, and what each returns to a state: see `Shooting.off`."""
+        maps = [self.map(parameter, anchor) for parameter in parameters]
+        return list(zip(maps, off_each(maps, [state] * len(maps)), strict=True))
 
-        The derivative by the parameter is the one that is kept, or else taken where `at` says.
-        """
-        column = self._by_parameter(*at) if kept is None else kept
-        return np.vstack([np.column_stack([by_state, column]), along])
-
-    def _by_parameter(
-        self, state: np.ndarray, parameter: float, gap: np.ndarray, impacts: int, anchor: np.ndarray
-    ) -> np.ndarray:
+    def _by_parameter(self, gap: np.ndarray, impacts: int, sides: list[Any]) -> np.ndarray:
         """Derivative of the map by the parameter, one-sided near grazing impacts.
 
-        `gap` is how far the return is off at the parameter itself, scaled.
+        `gap` is how far the return is off at the parameter itself, scaled; `sides` is what `_off`
+        gives above and below it.
         """
-        sides = []
-        for sign in (1, -1):
-            beside = self.map(parameter + sign * FLAT * self.unit[-1], anchor)
-            _, off, here = beside.off(state)
-            if here is not None and here.impacts == impacts:
-                sides.append((sign * FLAT, off / self.unit[:-1]))
-        if not sides:
-            return np.full(len(state), math.nan)
-        (h, up), (low, down) = sides[0], sides[1] if len(sides) == 2 else (0.0, gap)
+        smooth = [
+            (h, off / self.unit[:-1])
+            for h, (_, (_, off, here)) in zip((FLAT, -FLAT), sides, strict=True)
+            if here is not None and here.impacts == impacts
+        ]
+        if not smooth:
+            return np.full(len(gap), math.nan)
+        (h, up), (low, down) = smooth[0], smooth[1] if len(smooth) == 2 else (0.0, gap)
         return (up - down) / (h - low)
 
     def follow(self, most: int) -> Branch:

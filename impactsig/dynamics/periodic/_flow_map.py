@@ -32,6 +32,8 @@ class FlowMap:
     As a state may lie anywhere along the orbit, it is sought across the flow at a state nearby.
     """
 
+    side_by_side = False  # many starts go one by one
+
     def __init__(self, flow: Flow, start: FlowOrbit, scale: np.ndarray, anchor: np.ndarray) -> None:
         self.system, self.start = flow, start
         self.scale = scale

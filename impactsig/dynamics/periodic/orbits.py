@@ -20,7 +20,7 @@ from ..arguments import recurring
 from ..tangents.tangent import TangentMap, differentiated_by
 from ._beam_orbits import BeamShooting
 from .flow_orbits import FlowOrbit, find_flow_orbit
-from .shooting import OscillatorShooting, Shooting
+from .shooting import Found, OscillatorShooting, Shooting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -241,21 +241,23 @@ def find_periodic_orbit(  # type: ignore[misc]
         recurring("system", system)
     shooting: Any = shooting_of(system, periods, phase, method, tolerance)
     if guess is not None:
-        return _settled(shooting, shooting.given(guess))
-    least: PeriodicOrbit | None = None
-    for start in shooting.close_returns(*shooting.tries):
-        orbit = _settled(shooting, start)
-        if orbit.found and (impacts is None or orbit.impacts == impacts):
-            if isinstance(system, Cantilever) or _primitive(shooting, orbit):
+        (ended,) = shooting.newton(shooting.given(guess))
+        return orbit_of(shooting, *ended)
+    least: Found | None = None
+    for ended in shooting.newton_from(shooting.close_returns(*shooting.tries)):
+        if ended.status == "found":
+            orbit = orbit_of(shooting, *ended)
+            wanted = impacts is None or orbit.impacts == impacts
+            if wanted and (isinstance(system, Cantilever) or _primitive(shooting, orbit)):
                 return orbit
-        elif not orbit.found and (least is None or orbit.residual < least.residual):
-            least = orbit
+        elif least is None or ended.residual < least.residual:
+            least = ended
     if least is None:
         raise InvalidInput(
             "periods, impacts", f"{periods}, {impacts}", "an orbit that some start leads to",
             "None of those tried does; give guess=",
         )  # fmt: skip
-    return least
+    return orbit_of(shooting, *least)
 
 
 def find_periodic_orbits(
@@ -304,26 +306,21 @@ def find_periodic_orbits(
     shooting = OscillatorShooting(oscillator, periods, phase, method, tolerance)
     found: list[PeriodicOrbit] = []
     points: list[np.ndarray] = []
-    for start in shooting.close_returns(whole("guesses", guesses, 1)):
-        orbit = _settled(shooting, start)
-        if not orbit.found or not _primitive(shooting, orbit):
+    for ended in shooting.newton(*shooting.close_returns(whole("guesses", guesses, 1))):
+        scale = shooting.scale(ended.state)
+        known = any(np.abs((own - ended.state) * scale).max(axis=1).min() < 1e-6 for own in points)
+        if ended.status != "found" or known:
             continue
-        scale = shooting.scale(orbit.state)
-        if any(np.abs((own - orbit.state) * scale).max(axis=1).min() < 1e-6 for own in points):
-            continue
-        found.append(orbit)
+        orbit = orbit_of(shooting, *ended)
         points.append(_returns(orbit))
+        if _primitive(shooting, orbit):
+            found.append(orbit)
     return tuple(sorted(found, key=lambda orbit: float(np.abs(orbit.multipliers[0]))))
 
 
 def moving_on_orbits(system: Any) -> Any:
     """The system that moves on periodic orbits: without the feedback that vanishes there."""
     return getattr(system, "moving_on_orbits", system)
-
-
-def _settled(shooting: Shooting, start: np.ndarray) -> PeriodicOrbit:
-    """The orbit to which Newton's method converges from a start."""
-    return orbit_of(shooting, *shooting.newton(start))
 
 
 def orbit_of(

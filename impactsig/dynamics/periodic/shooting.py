@@ -4,18 +4,34 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from itertools import product
-from typing import Any
+from collections.abc import Callable, Generator, Iterator, Sequence
+from itertools import islice, product
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..._arguments import number, reals, whole
 from ...errors import InvalidInput
+from ...oscillators import Oscillator
 from ...simulate import simulate
 from ...simulate.basis.frame import reference_frequency
+from ...simulate.exact.exact import piecewise_linear
 from ..arguments import recurring
 from ..tangents.tangent import TangentMap, tangent_map
+from ..tangents.tangent_maps import tangent_maps
+
+Off = tuple[float, np.ndarray, TangentMap | None]
+"""Residual, difference of return and state, and the map there; inf and None if it fails."""
+
+
+class Found(NamedTuple):
+    """Where Newton's method has led."""
+
+    state: np.ndarray
+    residual: float
+    iterations: int
+    status: str
+    here: TangentMap | None
 
 
 class Shooting(ABC):
@@ -66,7 +82,16 @@ class Shooting(ABC):
     def step(self, matrix: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """A Newton step; LinAlgError if the matrix is singular."""
 
-    def off(self, state: np.ndarray) -> tuple[float, np.ndarray, TangentMap | None]:
+    @property
+    def side_by_side(self) -> bool:
+        """Whether many starts are moved by one compiled call."""
+        return (
+            isinstance(self.moves, Oscillator)
+            and self.options.get("method") is None
+            and piecewise_linear(self.moves)
+        )
+
+    def off(self, state: np.ndarray) -> Off:
         """Residual, difference of return and state, and the map; inf if it fails."""
         try:
             here = tangent_map(
@@ -75,6 +100,12 @@ class Shooting(ABC):
         except InvalidInput as error:
             if error.argument != "initial":
                 raise
+            return math.inf, state, None
+        return self.off_by(state, here)
+
+    def off_by(self, state: np.ndarray, here: TangentMap | None) -> Off:
+        """As `off`, of a tangent map, or None where the state is no start."""
+        if here is None:
             return math.inf, state, None
         gap = np.concatenate([np.atleast_1d(part) for part in here.final[:2]]) - state
         if here.status != "complete" or not np.isfinite(gap).all():
@@ -89,10 +120,35 @@ class Shooting(ABC):
         """Derivative of the difference by the state, both in these units."""
         return here.matrix * unit[None, :] / unit[:, None] - np.eye(len(unit))
 
-    def newton(self, start: np.ndarray) -> tuple[np.ndarray, float, int, str, TangentMap | None]:
-        """The fixed point, its residual, number of steps, a status and the map there."""
+    def newton(self, *starts: np.ndarray) -> list[Found]:
+        """Where Newton's method leads from each start; all go side by side."""
+        searches = dict(enumerate(map(self._search, starts)))
+        asked = {k: next(search) for k, search in searches.items()}
+        found: dict[int, Found] = {}
+        while asked:
+            answers = off_each([self] * len(asked), list(asked.values()))
+            for k, answer in zip(tuple(asked), answers, strict=True):
+                try:
+                    asked[k] = searches[k].send(answer)
+                except StopIteration as end:
+                    found[k] = end.value
+                    del asked[k]
+        return [found[k] for k in range(len(starts))]
+
+    def newton_from(self, starts: Iterator[np.ndarray]) -> Iterator[Found]:
+        """Where Newton's method leads from each start; more and more of them side by side.
+
+        The first mostly leads to an orbit.
+        """
+        together = 1
+        while some := list(islice(starts, together)):
+            yield from self.newton(*some)
+            together *= 4 if self.side_by_side else 1
+
+    def _search(self, start: np.ndarray) -> Generator[np.ndarray, Off, Found]:
+        """Newton's method from a start; yields the states whose return it must know."""
         state, iterations = start, 0
-        residual, gap, here = self.off(state)
+        residual, gap, here = yield state
         status = "not converged" if here is not None else "lost"
         while here is not None and residual > 0 and iterations < self.steps:
             iterations += 1
@@ -104,7 +160,7 @@ class Shooting(ABC):
                 break
             share = 1.0
             for _ in range(self.halvings):
-                better = self.off(state + share * step)
+                better = yield state + share * step
                 if better[0] < residual:
                     break
                 share /= 2
@@ -115,7 +171,7 @@ class Shooting(ABC):
             residual, gap, here = better
         if here is not None and residual <= self.tolerance:
             status = "found"
-        return state, residual, iterations, status, here
+        return Found(state, residual, iterations, status, here)
 
     def strobed(self) -> np.ndarray:
         """States of a long motion once a period, shape (k, d)."""
@@ -125,6 +181,20 @@ class Shooting(ABC):
         period = self.system.forcing_period
         times = motion.start + period * np.arange(self.look + self.periods + 1)
         return self.states(motion, np.minimum(times, motion.stop))
+
+
+def off_each(maps: Sequence[Any], states: Sequence[np.ndarray]) -> list[Any]:
+    """`off` of each map at its state; by one compiled call where the exact engine moves them.
+
+    All maps are over the same periods from the same phase.
+    """
+    first = maps[0]
+    if not all(one.side_by_side for one in maps):
+        return [one.off(state) for one, state in zip(maps, states, strict=True)]
+    alike = all(one.moves is first.moves for one in maps)
+    moved = [one.moves for one in (maps[:1] if alike else maps)]
+    found = tangent_maps(moved, np.array(states), first.phase, first.periods)
+    return [one.off_by(state, here) for one, state, here in zip(maps, states, found, strict=True)]
 
 
 class OscillatorShooting(Shooting):

@@ -169,8 +169,8 @@ def _of_oscillator(oscillator: Oscillator, options: dict[str, Any]) -> TangentMa
     scaled = unit * follower.columns
     collapses = int(totals[LINES] + totals[POINTS])
     return map_from(
-        scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion, int(totals[IMPACTS]),
-        collapses, int(totals[SINGULAR]), status,
+        scaled, float(totals[FIRST]), float(totals[DETERMINANT]), motion.final,
+        int(totals[IMPACTS]), collapses, int(totals[SINGULAR]), status,
     )  # fmt: skip
 
 
@@ -185,7 +185,7 @@ def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
     for matrix in matrices:
         scaled, scale = multiplied(matrix, scaled, scale)
     impacts = len(path.impacts)
-    return map_from(scaled, scale, float(divergence.sum()), path, impacts, 0, 0, path.status)
+    return map_from(scaled, scale, float(divergence.sum()), path.final, impacts, 0, 0, path.status)
 
 
 def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
@@ -204,8 +204,9 @@ def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
     unit = np.repeat([1.0, motion._omega], m)
     scaled = scaled * unit[:, None] / unit
     return map_from(
-        scaled, scale, determinant, motion, len(motion.impacts), collapses, grazings, motion.status
-    )
+        scaled, scale, determinant, motion.final, len(motion.impacts), collapses, grazings,
+        motion.status,
+    )  # fmt: skip
 
 
 def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
@@ -222,7 +223,9 @@ def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
         )  # fmt: skip
     size = float(np.abs(matrix).max()) or 1.0
     determinant = float(np.linalg.slogdet(matrix)[1])
-    return map_from(matrix / size, math.log(size), determinant, motion, 0, 0, 0, motion.status)
+    return map_from(
+        matrix / size, math.log(size), determinant, motion.final, 0, 0, 0, motion.status
+    )
 
 
 def multiplied(matrix: np.ndarray, scaled: np.ndarray, scale: float) -> tuple[np.ndarray, float]:
@@ -233,13 +236,13 @@ def multiplied(matrix: np.ndarray, scaled: np.ndarray, scale: float) -> tuple[np
 
 
 def map_from(
-    scaled: np.ndarray, scale: float, determinant: float, motion: Any, impacts: int,
+    scaled: np.ndarray, scale: float, determinant: float, final: Any, impacts: int,
     collapses: int, grazings: int, status: str,
 ) -> TangentMap:  # fmt: skip
     """The result, of a matrix scaled by the exponential of `scale`."""
     with np.errstate(over="ignore", under="ignore"):
         matrix = scaled * np.exp(scale)
     return TangentMap(
-        matrix, scaled, scale, determinant, impacts, int(collapses), int(grazings), motion.final,
+        matrix, scaled, scale, determinant, impacts, int(collapses), int(grazings), final,
         status,
     )  # fmt: skip

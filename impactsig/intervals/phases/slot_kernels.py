@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..._compiled import njit
+from ..._spread import DEVIATION_BY_MEDIAN
 
 kernel = njit(nogil=True, error_model="numpy")
 
@@ -15,7 +16,7 @@ LEAST_RECURRING = 3  # impacts near a later one, from which the noise is read
 NEAR = 0.25  # [cycles] of it
 TURNS = np.array([1, 2, 3, 8, 25])
 ROUNDS = 10
-NORMAL = 1.4826 / math.sqrt(2.0)  # standard deviation of one to median deviation of a difference
+NORMAL = DEVIATION_BY_MEDIAN / math.sqrt(2.0)  # of one value, by differences of two
 
 
 @kernel

@@ -7,7 +7,7 @@ number of machines nor on whether Python or numpy carries it out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,6 +88,14 @@ def columns_of(machines: Iterable[Oscillator]) -> Columns:
     return _split(form_of(machines[0]), np.ascontiguousarray(table.T))
 
 
+def columns_of_forms(machines: Sequence[Oscillator]) -> list[tuple[np.ndarray, Columns]]:
+    """Numbers and parameters of the oscillators of each form."""
+    forms: dict[Form, list[int]] = {}
+    for k, machine in enumerate(machines):
+        forms.setdefault(form_of(machine), []).append(k)
+    return [(np.array(which), columns_of(machines[k] for k in which)) for which in forms.values()]
+
+
 def spread(machine: Oscillator, count: int) -> Columns:
     """The parameters of an oscillator whose fields are numbers, or arrays with one number each."""
     numbers = _numbers(machine)
@@ -160,8 +168,8 @@ def forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None
         found = _forcing_of(columns, reference)
     machines = np.arange(columns.n)
     inertia = np.where(found.inertia > 0, found.inertia, np.inf)[:, None]
-    for name, values in (("inertia", inertia), ("force", found.cosine.T), ("force", found.sine.T)):
-        check_finite(name, values, machines)
+    force = np.concatenate([found.cosine, found.sine]).T
+    check_finite({"inertia": inertia, "force": force}, machines)
     apart = ~(found.ratio <= APART).all(axis=0)
     if apart.any():
         raise InvalidInput(
@@ -173,23 +181,26 @@ def forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None
     return found
 
 
-def check_finite(name: str, values: np.ndarray, machines: np.ndarray) -> None:
-    """Refuse machines with numbers, one row each, that no float holds.
+def check_finite(tables: dict[str, np.ndarray], machines: np.ndarray) -> None:
+    """Refuse machines with numbers, one row each in every table, that no float holds.
 
     Raises
     ------
     InvalidInput
         If there is one.
     """
-    beyond = ~np.isfinite(values).all(axis=1)
-    if beyond.any():
-        raise InvalidInput(
-            "oscillator",
-            f"oscillator {machines[beyond][0]}, whose {name} is not finite",
-            "mass, stiffness, damping, frequencies and forces that a float holds when divided by "
-            "each other",
-            "Choose units in which they are nearer to 1",
-        )
+    if np.isfinite(np.concatenate([values.ravel() for values in tables.values()])).all():
+        return
+    for name, values in tables.items():
+        beyond = ~np.isfinite(values).all(axis=1)
+        if beyond.any():
+            raise InvalidInput(
+                "oscillator",
+                f"oscillator {machines[beyond][0]}, whose {name} is not finite",
+                "mass, stiffness, damping, frequencies and forces that a float holds when divided "
+                "by each other",
+                "Choose units in which they are nearer to 1",
+            )
 
 
 def _forcing_of(columns: Columns, reference: tuple[np.ndarray, np.ndarray] | None) -> Forcing:

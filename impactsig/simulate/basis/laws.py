@@ -17,8 +17,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 RIGID, SPRING, PUSHER, HERTZ = range(4)
 
 # Columns of a table of stops. LOSS is the damping of a Kelvin-Voigt stop, or the loss per velocity
@@ -36,9 +34,12 @@ def spring_push(stiffness: Any, loss: Any, depth: Any, inward: Any) -> Any:
     return stiffness * depth + loss * inward
 
 
-def hertz_push(stiffness: Any, exponent: Any, loss: Any, depth: Any, inward: Any) -> Any:
-    """Force of a Hertz stop in contact; for the usual exponent, without calling pow."""
-    power = depth * np.sqrt(depth) if exponent == 1.5 else depth**exponent
+def hertz_push(stiffness: Any, exponent: Any, loss: Any, depth: Any, root: Any, inward: Any) -> Any:
+    """Force of a Hertz stop in contact; for the usual exponent, without calling pow.
+
+    `root` is that of the depth, which is taken otherwise of a number than of an array.
+    """
+    power = depth * root if exponent == 1.5 else depth**exponent
     return stiffness * power * (1 + loss * inward)
 
 

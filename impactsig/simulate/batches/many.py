@@ -14,7 +14,7 @@ from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.batch import OscillatorBatch
 from ...studies.device import Executor, on_gpu
-from ..basis.columns import Columns, columns_of, form_of, spread
+from ..basis.columns import Columns, columns_of_forms, spread
 from ..exact.exact import piecewise_linear
 from ..exact.modes import stacks
 from ..exact.starts import first_phases
@@ -215,16 +215,10 @@ def _sorted(
         if piecewise_linear(machines[0]):
             return [(np.arange(n), spread(machines[0], n))], []
         return [], list(range(n))
-    others: list[int] = []
-    forms: dict[Any, list[int]] = {}
-    for k, machine in enumerate(machines):
-        if piecewise_linear(machine):
-            forms.setdefault(form_of(machine), []).append(k)
-        else:
-            others.append(k)
-    return [
-        (np.array(which), columns_of(machines[k] for k in which)) for which in forms.values()
-    ], others
+    others = [k for k, machine in enumerate(machines) if not piecewise_linear(machine)]
+    exact = np.setdiff1d(np.arange(n), others)
+    forms = columns_of_forms([machines[k] for k in exact])
+    return [(exact[which], columns) for which, columns in forms], others
 
 
 def _moved(

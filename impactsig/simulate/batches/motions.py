@@ -136,6 +136,17 @@ class Motions(Shown, Sequence[Motion]):
         InvalidInput
             If there is no forcing.
         """
+        return self.impact_count / (self.duration / self._forcing_period)
+
+    @property
+    def _forcing_period(self) -> np.ndarray:
+        """Forcing periods [s].
+
+        Raises
+        ------
+        InvalidInput
+            If there is no forcing.
+        """
         periods = np.empty(len(self))
         for which, moving in self._moved:
             if not moving.stack.forcing.slot.size:
@@ -146,7 +157,7 @@ class Motions(Shown, Sequence[Motion]):
             if motion.system.forcing_period is None:
                 raise InvalidInput("motions", repr(self), "forced motions")
             periods[k] = motion.system.forcing_period
-        return self.impact_count / (self.duration / periods.reshape(self.shape))
+        return periods.reshape(self.shape)
 
     def to_xarray(self) -> xarray.Dataset:
         """The arrays, named; those of one axis that the scene was given are its coordinates.

@@ -236,6 +236,7 @@ def takes(form: Form) -> None:
 
 def in_threads(task: Callable[[int], Any], items: range, threads: int) -> list:
     """What a task gives for each item, in order; without a pool where that gains nothing."""
+    if 1 in (threads, len(items)):
+        return list(counted(map(task, items), len(items), " parts"))
     with ThreadPoolExecutor(threads) as pool:
-        results = map(task, items) if 1 in (threads, len(items)) else pool.map(task, items)
-        return list(counted(results, len(items), " parts"))
+        return list(counted(pool.map(task, items), len(items), " parts"))

@@ -122,9 +122,14 @@ def _check_range(which: np.ndarray, problem: Problem) -> None:
     InvalidInput
         If there is one.
     """
-    for name, table in problem._asdict().items():
-        if name not in SHARED and name != "restitution":  # which is NaN for a function
-            check_finite(name, table.reshape(len(which), -1), which)
+    check_finite(
+        {
+            name: table.reshape(len(which), -1)
+            for name, table in problem._asdict().items()
+            if name not in SHARED and name != "restitution"  # which is NaN for a function
+        },
+        which,
+    )
 
 
 def _problem(

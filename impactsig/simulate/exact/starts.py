@@ -57,9 +57,42 @@ def places(
     InvalidInput
         If one is beyond a rigid stop.
     """
+    q, u, depths = _against_stops(columns, forcing, initial, phase)
+    for side, depth in depths:
+        if (depth > 0).any():
+            k = int(np.argmax(depth > 0))
+            name = "upper" if side > 0 else "lower"
+            raise InvalidInput(
+                "initial", f"x = {initial[k, 0]:.9g}",
+                f"a start on this side of the {name} rigid stop",
+                f"It is {depth[k]:.3g} beyond; move it, or the stop",
+            )  # fmt: skip
+    return q, u
+
+
+def allowed(
+    columns: Columns, forcing: Forcing, initial: np.ndarray, phase: np.ndarray
+) -> np.ndarray:
+    """Whether `places` takes each of these starts."""
+    with np.errstate(all="ignore"):
+        _, _, depths = _against_stops(columns, forcing, initial, phase)
+    within = np.isfinite(initial).all(axis=1)
+    for _, depth in depths:
+        within &= depth == 0
+    return within
+
+
+def _against_stops(
+    columns: Columns, forcing: Forcing, initial: np.ndarray, phase: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[tuple[int, np.ndarray]]]:
+    """Positions and velocities as `places` returns them, and their depths in rigid stops.
+
+    Of each rigid stop its side, and how far beyond it each start is; 0 up to rounding.
+    """
     at, moving = motion_of_base(columns, forcing.pace * phase)
     x, v = initial.T
     q, u = x - at, (v - moving) / forcing.omega
+    depths = []
     for (side, kind), stop in zip(columns.form.stops, columns.stops, strict=True):
         if kind != RIGID:
             continue
@@ -68,15 +101,8 @@ def places(
         size = np.abs(x) + np.abs(position)
         if columns.form.base is not None:
             size = size + np.abs(columns.base[AMPLITUDE])
-        beyond = depth > 1e-12 * size
-        if beyond.any():
-            k = int(np.argmax(beyond))
-            name = "upper" if side > 0 else "lower"
-            raise InvalidInput(
-                "initial", f"x = {x[k]:.9g}", f"a start on this side of the {name} rigid stop",
-                f"It is {depth[k]:.3g} beyond; move it, or the stop",
-            )  # fmt: skip
-    return q, u
+        depths.append((side, np.where(depth > 1e-12 * size, depth, 0.0)))
+    return q, u, depths
 
 
 def first_places(
@@ -86,15 +112,17 @@ def first_places(
     return places(*forcing_of_one(oscillator), initial, np.full(len(initial), phase))
 
 
-def first_place(oscillator: Oscillator, initial: Any, phase: float) -> tuple[float, float]:
-    """Initial position and velocity, in the engine's coordinates and units.
+def first_place(
+    columns: Columns, forcing: Forcing, initial: Any, phase: float
+) -> tuple[float, float]:
+    """Initial position and velocity of one oscillator, in the engine's coordinates and units.
 
     Raises
     ------
     InvalidInput
         If `initial` is not two finite numbers, or beyond a rigid stop.
     """
-    q, u = first_places(oscillator, np.array([place_of(initial)]), phase)
+    q, u = places(columns, forcing, np.array([place_of(initial)]), np.array([phase]))
     return float(q[0]), float(u[0])
 
 

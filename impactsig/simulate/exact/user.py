@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 from ...errors import InvalidInput
@@ -39,7 +39,7 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
                 except Exception:
                     return float("nan")
 
-            return guarded
+            return typed(guarded)
 
         @cfunc(signature)
         def guarded_law(t: float, x: float, v: float) -> float:
@@ -48,7 +48,22 @@ def compiled(argument: str, function: Callable[..., float], arguments: int) -> A
             except Exception:
                 return float("nan")
 
-        return guarded_law
+        return typed(guarded_law)
+
+
+def typed(function: Any) -> Any:
+    """A C function that knows its numba type, which every call would make anew."""
+    from numba import typeof
+
+    function._numba_type_ = typeof(function)
+    return function
+
+
+@cache
+def _stand_in() -> Any:
+    from .passing import constant_law
+
+    return typed(constant_law)
 
 
 def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
@@ -58,9 +73,7 @@ def restitution_laws(oscillator: Oscillator) -> tuple[Any, Any]:
 
 def laws_of(form: Form) -> tuple[Any, Any]:
     """Restitution functions of all oscillators of a form."""
-    from .passing import constant_law
-
-    found = {1: constant_law, -1: constant_law}
+    found = {1: _stand_in(), -1: _stand_in()}
     for (side, _), function in zip(form.stops, form.functions, strict=True):
         if function is not None:
             found[side] = compiled("restitution", function, 1)

@@ -116,7 +116,8 @@ def push_of(p, k, loss, depth, inward):
     if depth < 0:
         return 0.0
     if p.stops[k, LAW] == HERTZ:
-        return hertz_push(p.stops[k, STIFFNESS], p.stops[k, EXPONENT], loss, depth, inward)
+        root = math.sqrt(depth)
+        return hertz_push(p.stops[k, STIFFNESS], p.stops[k, EXPONENT], loss, depth, root, inward)
     return spring_push(p.stops[k, STIFFNESS], p.stops[k, LOSS], depth, inward)
 
 

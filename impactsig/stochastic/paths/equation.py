@@ -111,7 +111,8 @@ def contact_force(p, state, lane, q, v):
         if kind == HERTZ:
             if p.soft[k, RESTITUTION] >= 0:
                 loss = hertz_loss(p.soft[k, RESTITUTION], state[APPROACH + k, lane])
-            force = hertz_push(stiffness, p.soft[k, EXPONENT], loss, depth, side * v)
+            root = math.sqrt(depth)
+            force = hertz_push(stiffness, p.soft[k, EXPONENT], loss, depth, root, side * v)
         else:
             force = spring_push(stiffness, loss, depth, side * v)
             if kind == PUSHER:

@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...._spread import DEVIATION_BY_MEDIAN
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents
 from ._shared_modes_kernels import abruptness, crossings, high_passed
@@ -43,7 +44,6 @@ CHOOSE = 64  # of them that the filter is chosen by
 UNLIKE = 0.03  # share of the energy that shared modes leave in the median, noise apart
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
-DEVIATION = 1.4826  # standard deviation of a Gaussian over its median deviation
 BEGINNING = 1.5e-3  # [s]
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
@@ -113,7 +113,7 @@ class SharedModes:
         if known.any():
             # Too near to an end of the record: as late as the others are in the median.
             usual = np.median(shift[known])
-            spread = DEVIATION * np.median(np.abs(shift[known] - usual))
+            spread = DEVIATION_BY_MEDIAN * np.median(np.abs(shift[known] - usual))
             shift = np.where(known, shift, usual)
             error = np.where(known, error, max(spread, 12.0**-0.5))
         return Timing(shift, error)
@@ -163,7 +163,7 @@ class SharedModes:
             late = (guess - instant)[fitted]
             self.model = model
             self.latency = float(np.median(late))
-            self.spread = DEVIATION * float(np.median(np.abs(late - self.latency)))
+            self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
 
     def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Whitened waves, their crossings, and the white noise of a sample."""
