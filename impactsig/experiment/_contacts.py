@@ -23,7 +23,7 @@ HUBER = 1.345
 """Standard deviations beyond which a second counts less: 95 % of the mean's efficiency where errors
 are normal."""
 NORMAL = 1.4826  # standard deviations of a normal distribution to its median deviation
-COMMON = 0.3
+COMMON = 0.25
 """Part of the standard error of a second that all seconds of a run have in common."""
 ROUNDS, STAYS = 30, 1e-6
 ROUNDING = 1e-12  # of a contact time
