@@ -120,6 +120,10 @@ def test_tables_contradict_each_other():
         Rig(forcing={"frequency": "parameter"})
     with pytest.raises(InvalidInput, match=r"sweep\.from"):
         Rig(sweep={"from": "channel"})
+    with pytest.raises(InvalidInput, match=r"sweep\.start: got parameter"):
+        Rig(sweep={"from": "law", "start": "parameter", "rate": 0.1})
+    with pytest.raises(InvalidInput, match=r"sweep\.start"):
+        Rig(sweep={"from": "law", "start": "anywhere", "rate": 0.1})
 
 
 @pytest.fixture
