@@ -17,8 +17,8 @@ from ._asked import observed
 from ._balance import TURN
 from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
 from ._echoes import Echoes, echoes, without
-from ._exchanged import exchanged
 from ._followed import BEGUN, Followed, Seen
+from ._judging import judged
 from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train
 from ._narrow import Estimate
 from ._outcome import outcome
@@ -310,7 +310,7 @@ def _run(
     covariance = np.diag([*np.zeros(len(names)), *variance])
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
-    verdict = exchanged(problem, psi, covariance)
+    verdict = judged(problem, psi, covariance)
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
 
 
