@@ -5,8 +5,8 @@ Impacting beams as `scenes.karpodinis` has them, r 0.1 to 0.7, zeta 0.01 to 0.06
 of each, 2 % missed, 1 % spurious, and a jitter of every instant of 0.5 % of the mean interval or of
 the forcing period, in turn. Strengths are not used. Beside the errors stands the linear bound on
 them: what the orbits through all instants tell at the true parameters (Cramér and Rao), which no
-estimate comes below, and the share of estimates as good as that within the tolerance. Writes
-results/joint_fit.json and joint_fit.md.
+estimate comes below, the share of estimates as good as that within the tolerance, and the root
+mean square of the errors by their bounds. Writes results/joint_fit.json and joint_fit.md.
 
     python -m benchmarks.joint_fit [machines [first seed [unit]]]
 
@@ -132,8 +132,8 @@ def summary(rows: list[dict]) -> list[str]:
     """A line of the table for each kind of jitter."""
     lines = [
         "| jitter, 0.5 % of the | machines | median error of r | within 0.02 | at the bound "
-        "| standard error at the bound | errors by it | half-width | intervals hold r | zeta | amplitudes "
-        "| misfits | time of a fit |",
+        "| standard error at the bound | errors by it | half-width | intervals hold r | zeta "
+        "| amplitudes | misfits | time of a fit |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for unit in UNITS:
