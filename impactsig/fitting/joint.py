@@ -318,14 +318,14 @@ def _without_echoes(problem: Problem, heard: Echoes, psi: np.ndarray) -> tuple[f
     """Shares of missed and of false impacts, less those that taking echoes out has made.
 
     An impact at an echo's distance from another is taken out too, and an echo is left whose own
-    impact was missed.
+    impact was missed. The share of false ones is that of all instants, echoes among them.
     """
     missed, spurious = psi[-2:]
     train = problem.simulate(np.tile(psi, (COUNTED, 1)))
     left = heard.taken_out(train, problem.forcing_frequency)
     taken = 1 - len(left.x) / max(len(train.x), 1)
     missed = max(missed - (1 - heard.share) * taken, 0.0)
-    return missed, max(spurious - heard.share * missed, 0.0)
+    return missed, max(spurious - heard.share * missed, 0.0) / (1 + heard.share)
 
 
 def _states(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:
