@@ -133,6 +133,21 @@ def test_the_spread_of_echoes_is_that_of_their_delay(jitter):
     assert found.spread == pytest.approx(jitter * math.sqrt(2), rel=0.15)
 
 
+@pytest.mark.parametrize("tick", [1e-4, 4e-4, 6e-4])
+def test_echoes_are_found_on_a_coarse_clock(tick):
+    """Most delays are the same number of ticks, and their median deviation was 0."""
+    trains = []
+    for seed in (1, 2, 3):
+        train, _ = train_with_echoes(0.4, seed=seed)
+        ticks = np.unique(np.round(train.x / FREQUENCY / tick))
+        trains.append(Train(ticks * tick * FREQUENCY, None, np.ones(len(ticks) - 1, bool)))
+    found = echoes(trains, [FREQUENCY] * 3)
+    assert found.delay == pytest.approx(0.004, abs=tick / 4)
+    assert found.share == pytest.approx(0.4, abs=0.06)
+    seen = math.sqrt(2e-8 + tick**2 / 6)  # jitter and rounding of two instants
+    assert seen < found.spread * 1.15 < 1.8 * seen
+
+
 def test_impacts_that_chatter_are_no_echoes():
     # Most impacts are followed by another at once, more than have an echo.
     rng = np.random.default_rng(8)
