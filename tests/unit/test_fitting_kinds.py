@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,8 +28,9 @@ from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
 from impactsig.fitting._path_kernels import Chain
+from impactsig.fitting._simulated import chained
 from impactsig.fitting._together import WIDEST, Joint, Layout, covariance_of
-from impactsig.fitting.joint import mirrored
+from impactsig.fitting.joint import _without_echoes, mirrored
 from impactsig.simulate.batches.trains import Impacting
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
@@ -179,6 +181,28 @@ def test_echoes_are_simulated_and_taken_out_again():
     np.testing.assert_array_equal(left.x, x)
     np.testing.assert_array_equal(left.starts, truth.starts)
     assert np.flatnonzero(~left.joined).tolist() == [199]
+
+
+def test_shares_of_missed_and_of_false_instants_are_those_of_all_with_their_echoes():
+    missed, spurious, jitter, count = 0.04, 0.03, 1e-4 * FREQUENCY, 20_000
+    every = [train_with_echoes(0.6, seed=seed)[0] for seed in (1, 2)]
+    heard = echoes(every, [FREQUENCY] * 2)
+    rng = np.random.default_rng(5)
+    x = np.cumsum((0.02 + 0.03 * rng.random(count)) * FREQUENCY)
+    truth = Impacting(x, np.ones(count), np.zeros(1, int), np.zeros(count, int))
+    chain = {"missed": missed, "jitter": jitter, "spurious": spurious}
+    chain |= {"strength_floor": 0.0, "strength_noise": 0.0}
+    values = {name: np.array([value]) for name, value in chain.items()}
+    whole = chained(heard.again(truth, FREQUENCY, rng), math.ceil(x[-1]), values, rng)
+    left = heard.taken_out(whole, FREQUENCY)
+    nearest = left.x[np.clip(np.searchsorted(left.x, x), 1, len(left.x) - 1) - np.array([[0], [1]])]
+    hit = int(np.sum(np.abs(nearest - x).min(axis=0) < 5 * jitter))
+    found = np.array([1 - hit / count, 1 - hit / len(left.x)])
+    alone = Train(x, None, np.ones(count - 1, bool))
+    problem = SimpleNamespace(simulate=lambda psi: alone, forcing_frequency=FREQUENCY)
+    assert found[1] > 1.5 * spurious
+    mended = _without_echoes(problem, heard, found)
+    np.testing.assert_allclose(mended, [missed, spurious], rtol=0.15)
 
 
 def test_irregular_trains_have_no_echoes():
