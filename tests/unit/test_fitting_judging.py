@@ -180,7 +180,7 @@ def test_where_no_search_ends_at_impacts_the_fit_is_refused(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("frequency", "amplitude", "restitution", "lower"),
-    [(17.3, 0.5, 0.6, -1.0), (20.1, 0.25, 0.4, -1.2)],
+    [(17.3, 0.5, 0.6, -1.0), (20.1, 0.3, 0.6, -1.1)],
 )
 def test_a_machine_with_two_stops_is_refused_or_warned_of(frequency, amplitude, restitution, lower):
     one = scenes.karpodinis(frequency, amplitude=amplitude, restitution=restitution)
