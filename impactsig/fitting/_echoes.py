@@ -96,12 +96,13 @@ def _dithered(late: np.ndarray, rounded: float) -> np.ndarray:
     """Delays of a clock with ticks, laid out evenly over these; others as they are.
 
     On a coarse clock most delays are the same number of ticks, about which their median deviation
-    is 0.
+    is 0. It has ticks if there are few numbers for many delays.
     """
     apart = np.diff(np.sort(late))
     apart = apart[apart > rounded]
-    tick = float(apart.min()) if len(apart) else 0.0
-    return late + tick * ((np.arange(len(late)) * GOLDEN) % 1.0 - 0.5)
+    if not len(apart) or 2 * len(apart) > len(late):
+        return late
+    return late + apart.min() * ((np.arange(len(late)) * GOLDEN) % 1.0 - 0.5)
 
 
 def _spread(late: np.ndarray, delay: float, window: float) -> float:

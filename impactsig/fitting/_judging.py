@@ -95,7 +95,7 @@ def compared(measured: Train, simulated: Train) -> Judgement:
     distance = np.mean(((fit - centre) / np.where(scatter > 0, scatter, np.inf)) ** 2, axis=1)
     words = moments.shares
     return Judgement(
-        float(distance[0] / np.median(distance[1:])),
+        float(distance[0] / max(float(np.median(distance[1:])), 1e-300)),
         p_value(float(distance[0]), distance[1:], trains),
         np.array([fit[0, :words], fit[1:, :words].mean(axis=0), fit[1:, :words].std(axis=0)]),
         int(np.sum(~whole)),

@@ -21,7 +21,7 @@ from impactsig import (
     simulate,
 )
 from impactsig.fitting._contact_kernels import bounce, contacts
-from impactsig.fitting._echoes import echoes, without
+from impactsig.fitting._echoes import _dithered, echoes, without
 from impactsig.fitting._followed import Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._orbit import machine_of
@@ -148,6 +148,18 @@ def test_echoes_are_found_on_a_coarse_clock(tick):
     assert found.share == pytest.approx(0.4, abs=0.06)
     seen = math.sqrt(2e-8 + tick**2 / 6)  # jitter and rounding of two instants
     assert seen < found.spread * 1.15 < 1.8 * seen
+
+
+def test_only_delays_in_ticks_are_laid_out():
+    rng = np.random.default_rng(8)
+    late = rng.random(40)
+    np.testing.assert_array_equal(_dithered(late, 1e-10), late)
+    assert len(_dithered(np.empty(0), 1e-10)) == 0
+    ticks = np.round(10 * rng.random(400)) / 10
+    found = _dithered(ticks, 1e-10)
+    assert np.abs(found - ticks).max() <= 0.05 + 1e-12
+    shares = np.histogram(found - ticks, 10, (-0.05, 0.05))[0] / 400
+    np.testing.assert_allclose(shares, 0.1, atol=0.01)
 
 
 def test_impacts_that_chatter_are_no_echoes():
