@@ -9,7 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput, UnreadableFile
+from ..errors import (
+    ImpactsigError,
+    ImpactsigWarning,
+    InvalidInput,
+    UnreadableFile,
+    UnwritableFile,
+)
 from ._completion import completion_script
 from ._dimension import dimension_in_words
 from ._files import (
@@ -198,6 +204,12 @@ def rig(chosen: argparse.Namespace) -> None:
     if chosen.output is None:
         print(text, end="")
         return
+    if chosen.output.exists():  # it is written to be changed by hand
+        raise UnwritableFile(
+            chosen.output,
+            "is there already, perhaps changed by hand",
+            "Remove it, or give another -o",
+        )
     with atomic_path(chosen.output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     Rig.read(chosen.output)
@@ -212,7 +224,8 @@ def experiment(chosen: argparse.Namespace) -> None:
     found = Experiment.read(chosen.folder, chosen.rig, workers=chosen.workers)
     print(one_line(found))
     for path, error in found.errors.items():
-        print(f"error: {one_line(path)}: {one_line(error)}", file=sys.stderr)
+        reason = str(error).removeprefix(f"{path}: ")
+        print(f"error: {one_line(path)}: {one_line(reason)}", file=sys.stderr)
     page = write_experiment(
         found, chosen.output or Path(EXPERIMENT), workers=chosen.workers, reports=chosen.reports
     )

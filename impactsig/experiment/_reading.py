@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import warnings
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ..studies.fingerprint import digest, own_code
 from ..studies.sweeping import sweep
 from ._kept import LASTING, Kept, content_of, key_of
 from ._run import worked_out
+from ._sweep import law_of
 from .parameter import Place, places
 from .rig import RIG, Rig
 
@@ -34,6 +35,8 @@ class Task:
     path: Path
     place: Place
     frequency: float | None
+    rig: Rig
+    settings: str = ""
     key: str = ""
 
 
@@ -86,18 +89,16 @@ class Work:
     """Analyse one recording in a worker process and store the run."""
 
     tasks: bytes  # pickled: of 1e5 objects the digest of this job would take 1.2 GB and a minute
-    rig: Rig
     kept: Path
-    settings: str
 
     def __call__(self, run: float) -> dict[str, np.ndarray]:
         """Of that number; the name under which it is kept."""
         task, kept = _tasks(self.tasks)[int(run)], Kept(self.kept)
         content = content_of(task.path)
-        key = key_of(content, self.settings, task.frequency)
+        key = key_of(content, task.settings, task.frequency)
         if not kept.is_done(key):
             try:
-                kept.write(key, worked_out(task.path, self.rig, task.frequency))
+                kept.write(key, worked_out(task.path, task.rig, task.frequency))
             except ImpactsigError as error:
                 if type(error) not in LASTING.values():
                     raise
@@ -122,23 +123,28 @@ def read_runs(
 ) -> Iterator[tuple[Task, dict[str, Any] | ImpactsigError]]:
     """Every recording with its row, or with the error that prevented one."""
     threads = thread_count(workers)
-    settings, place = settings_of(rig), places(rig, folder)
+    usual, place = settings_of(rig), places(rig, folder)
     tasks: list[Task] = []
     failed: dict[int, ImpactsigError] = {}
     for index, path in enumerate(recordings_of(folder, rig)):
         where = place(path)
         if isinstance(where, ImpactsigError):
             failed[index] = where
-            tasks.append(Task(path, Place(np.nan, ""), None))
+            tasks.append(Task(path, Place(np.nan, ""), None, rig))
             continue
         frequency = rig.forcing.get("frequency")
         if frequency == "parameter":
             frequency = where.value
             if not frequency > 0:
                 failed[index] = InvalidInput("frequency", frequency, "a positive number [Hz]")
+        try:
+            own = law_of(rig, where)
+        except InvalidInput as error:
+            own, failed[index] = rig, error
+        settings = usual if own is rig else settings_of(own)
         content = kept.known_content(path)
         key = "" if content is None else key_of(content, settings, frequency)
-        tasks.append(Task(path, where, frequency, key))
+        tasks.append(Task(path, where, frequency, own, settings, key))
     left = [
         k
         for k, task in enumerate(tasks)
@@ -146,13 +152,12 @@ def read_runs(
     ]
     if left:
         packed = pickle.dumps([tasks[k] for k in left])
-        work = Work(packed, rig, kept.folder.absolute(), settings)
+        work = Work(packed, kept.folder.absolute())
         found, errors = _swept(work, len(left), threads, client, progress)
         failed |= {left[k]: error for k, error in errors.items()}
         kept.learn({tasks[left[k]].path: content for k, (content, _) in found.items()})
         for k, (_, key) in found.items():
-            one = tasks[left[k]]
-            tasks[left[k]] = Task(one.path, one.place, one.frequency, key)
+            tasks[left[k]] = replace(tasks[left[k]], key=key)
     for k, task in enumerate(tasks):
         yield task, failed[k] if k in failed else kept.read(task.key)
 

@@ -55,6 +55,13 @@ def _scale(name: str, value: Any) -> float:
     return float(value)
 
 
+def _begin(name: str, value: Any) -> float | str:
+    """Where a sweep begins: a number, or the parameter of each run."""
+    if isinstance(value, str):
+        return choice(name, value, ("parameter",))
+    return number(name, value, '"parameter" or a frequency above 0 [Hz]', above=0)
+
+
 def _one_of(*words: str) -> Callable[[str, Any], str]:
     return lambda name, value: choice(name, value, words)
 
@@ -133,8 +140,10 @@ DETECTION = {
 }
 SWEEP = {
     "from": Key(_one_of(*SWEEPS), 'the frequency comes from a "channel", a "law" or the "impacts"'),
-    "start": Key(_positive, "frequency at the beginning of a recording [Hz]"),
-    "rate": Key(_finite, "change of the frequency [Hz/s], negative downwards"),
+    "start": Key(_begin, 'frequency at the beginning [Hz], or "parameter": that of each run'),
+    "rate": Key(
+        _finite, "change of the frequency [Hz/s], negative downwards and on the branch down"
+    ),
     "window": Key(_whole(20), "impacts of which one period is identified"),
 }
 REPORT = {

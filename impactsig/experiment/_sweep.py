@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,6 +16,7 @@ from ..intervals.forcing import forcing_cycles
 from ..intervals.track import track
 from ._delays import continues, transient_of
 from ._motions import NO_IMPACTS, motion_of
+from .parameter import Place
 from .rig import Rig
 
 if TYPE_CHECKING:
@@ -33,6 +35,22 @@ class Course(NamedTuple):
     """Forcing periods since the beginning, at some times [s]."""
     frequency: Callable[[float], float]
     """[Hz], at a time [s]."""
+
+
+def law_of(rig: Rig, place: Place) -> Rig:
+    """The rig with the law of the sweep of one run, where that depends on its parameter or branch.
+
+    Raises
+    ------
+    InvalidInput
+        If it is to begin at the parameter, and that is no frequency.
+    """
+    sweep = dict(rig.sweep)
+    if sweep.get("start") == "parameter":
+        sweep["start"] = place.value
+    if "rate" in sweep and place.branch == "down":
+        sweep["rate"] = -abs(sweep["rate"])
+    return rig if sweep == rig.sweep else replace(rig, sweep=sweep)
 
 
 def swept(impacts: Impacts, rig: Rig, instants: np.ndarray | None) -> dict[str, Any]:

@@ -359,8 +359,7 @@ class Experiment(Shown):
             yield row
 
     def __repr__(self) -> str:
-        runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
-        parts = [runs]
+        parts = [f"{len(self)} run{'s' * (len(self) != 1)}"]
         known = self.values[np.isfinite(self.values)]
         if len(known):
             span = f"{known.min():g} to {known.max():g} {self.unit}".rstrip()
@@ -368,7 +367,7 @@ class Experiment(Shown):
         if set(self.branches) - {""}:
             parts.append(", ".join(sorted(set(self.branches) - {""})))
         if self.errors:
-            parts.append(f"{len(self.errors)} recordings failed")
+            parts.append(f"{len(self.errors)} recording{'s' * (len(self.errors) > 1)} failed")
         return f"Experiment({'; '.join(parts)})"
 
 

@@ -47,7 +47,8 @@ class Rig:
     sweep : mapping
         Recordings in which the forcing frequency was swept: ``from`` the "channel" of the forcing,
         a stated "law" (``start`` [Hz], ``rate`` [Hz/s]) or the "impacts" (which need both too, as
-        a first guess), and the impacts in a ``window``.
+        a first guess), and the impacts in a ``window``. A ``start`` of "parameter" is that of each
+        run, and runs of the branch "down" are swept downwards: so one rig has sweeps both ways.
     report : mapping
         ``dimension``: whether the correlation dimension is worked out; ``periods``: the greatest n
         of period(m, n).
@@ -120,12 +121,7 @@ class Rig:
         if isinstance(frequency, str):
             if frequency != "parameter":
                 raise InvalidInput("forcing.frequency", frequency, '"parameter" or a number [Hz]')
-            if self.parameter.get("from") not in BRANCHES:
-                raise InvalidInput(
-                    "forcing.frequency", frequency,
-                    'a parameter from the "file name" or a "table"',
-                    "A channel of the forcing tells its frequency by itself",
-                )  # fmt: skip
+            self._check_told("forcing.frequency", frequency)
         elif frequency is not None and not frequency > 0:
             raise InvalidInput("forcing.frequency", frequency, "a positive frequency [Hz]")
         if not self.sweep:
@@ -137,6 +133,15 @@ class Rig:
             raise InvalidInput("sweep.from", origin, 'a channel with use = "forcing" or "tacho"')
         if origin != "channel" and not {"start", "rate"} <= set(self.sweep):
             raise InvalidInput("sweep", dict(self.sweep), "start [Hz] and rate [Hz/s]")
+        if self.sweep.get("start") == "parameter":
+            self._check_told("sweep.start", "parameter")
+
+    def _check_told(self, key: str, value: str) -> None:
+        if self.parameter.get("from") not in BRANCHES:
+            raise InvalidInput(
+                key, value, 'a parameter from the "file name" or a "table"',
+                "A channel of the forcing tells its frequency by itself",
+            )  # fmt: skip
 
     # -- from files ------------------------------------------------------------------------
 

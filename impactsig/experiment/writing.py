@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..io.formats import FORMATS
 from ._rig_tables import CHANNEL, TABLES, Key
 
 if TYPE_CHECKING:
@@ -46,26 +48,51 @@ def rig_of_recording(path: Path) -> str:
     sensor = "force"
     if any(channel.rate for channel in file.channels):
         sensor = read_blocks(path, channel=0).sensor
-    return rig_text(file, sensor)
+    return rig_text(file, sensor, _others(path))
 
 
-def rig_text(file: FileInfo, sensor: str) -> str:
-    """Text of a ``rig.toml``, in which uncertain values are comments."""
+def _others(path: Path) -> list[str]:
+    """Endings of other kinds of recordings beside a file, the most frequent first."""
+    usual = {ending for one in FORMATS for ending in one.extensions} - {path.suffix.lower()}
+    try:
+        beside = [one.suffix.lower() for one in path.parent.iterdir() if one.is_file()]
+    except OSError:  # it is no file of a folder
+        return []
+    return [ending for ending, _ in Counter(one for one in beside if one in usual).most_common()]
+
+
+def rig_text(file: FileInfo, sensor: str, others: Sequence[str] = ()) -> str:
+    """Text of a ``rig.toml``, in which uncertain values are comments.
+
+    `others` are endings of files beside it that may be recordings too.
+    """
     path = Path(file.path)
     lines = [
         f"# The rig of {_plain(path.name)} ({file.format}): how its recordings are read.",
         "# Commands read it with --rig, or where it lies beside the recordings as rig.toml.",
         "# A line that begins with # is not set; what it shows is an example.",
         "",
-        f"{_entry('files', f'*{path.suffix}')}  # which files of the folder are recordings",
     ]
+    if others:
+        start = re.match(r"[^\W\d]*", path.stem)[0]  # type: ignore[index]
+        lines.append(
+            f"# This leaves out {', '.join(others)}; {_entry('files', f'{start}*')} would not."
+        )
+    lines.append(
+        f"{_entry('files', f'*{path.suffix}')}  # which files of the folder are recordings"
+    )
     for index, channel in enumerate(file.channels):
         known: dict[str, Any] = {"name": channel.name} if channel.name else {"number": index}
         known["sensor"] = sensor
         if channel.unit:
             known["unit"] = channel.unit
         rate = "rate unknown" if channel.rate is None else f"{channel.rate:g} Hz"
-        lines += ["", f"# channel {index}: {channel.length} samples, {rate}", "[[channel]]"]
+        guessed = "" if channel.unit else "; the file does not say of which sensor, so check that"
+        lines += [
+            "",
+            f"# channel {index}: {channel.length} samples, {rate}{guessed}",
+            "[[channel]]",
+        ]
         lines += _keys("", CHANNEL, known)
     set_to: dict[str, dict[str, Any]] = {}
     if (pattern := _pattern(path.stem)) is not None:

@@ -18,6 +18,8 @@ AROUND = 5.0  # of this: where other delays are counted for comparison
 FEWEST = 0.05  # of the impacts, that have one
 ROUNDS, REACH, WIDEST = 10, 2.5, 2.0  # of the spread: standard deviations, or windows, about it
 BEYOND = 25.0  # logarithm of the likelihood that so many agree by chance
+ROUNDED = 1e-8  # of a forcing period: delays nearer than that are the same
+GOLDEN = (math.sqrt(5) - 1) / 2  # multiples of it fill a turn evenly
 FARTHEST = 3.5  # standard deviations of the delay
 
 
@@ -63,9 +65,9 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
     parts = []
     for train, frequency in zip(trains, frequencies, strict=True):
         time = train.x / frequency
-        parts += [time[lag:] - time[:-lag] for lag in range(1, FOLLOWING + 1)]
+        late = np.concatenate([time[lag:] - time[:-lag] for lag in range(1, FOLLOWING + 1)])
+        parts.append(_dithered(late[(late > 0) & (late < LONGEST * period)], ROUNDED * period))
     late = np.sort(np.concatenate(parts))
-    late = late[(late > 0) & (late < LONGEST * period)]
     window, impacts = SAME * period, sum(len(train.x) for train in trains)
     if len(late) < FEWEST * impacts:
         return None
@@ -89,6 +91,19 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
     found = sum(int(one.sum()) for one in which)
     share = min(max(found / max(impacts - found, 1), 1e-3), 1 - 1e-3)
     return Echoes(delay, spread, which, share)
+
+
+def _dithered(late: np.ndarray, rounded: float) -> np.ndarray:
+    """Delays of a clock with ticks, laid out evenly over these; others as they are.
+
+    On a coarse clock most delays are the same number of ticks, about which their median deviation
+    is 0. It has ticks if there are few numbers for many delays.
+    """
+    apart = np.diff(np.sort(late))
+    apart = apart[apart > rounded]
+    if not len(apart) or 2 * len(apart) > len(late):
+        return late
+    return late + apart.min() * ((np.arange(len(late)) * GOLDEN) % 1.0 - 0.5)
 
 
 def _spread(late: np.ndarray, delay: float, window: float) -> float:

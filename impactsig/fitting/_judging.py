@@ -1,16 +1,18 @@
-"""Monte Carlo test, on the moments, of whether an oscillator explains the measured train.
+"""Monte Carlo test of a fit, in which the measured train is one of many that are alike.
 
-The statistic is the mean squared distance of a train's moments from the mean of the simulated
-ones. Each moment is scaled by its variance, half of which comes from the simulated trains and half
-from blocks of the measured one (1, as `Problem.look` has it). So a moment that hardly varies in the
-simulated trains, as all do where these are periodic, does not count without limit.
+Trains are simulated at parameters drawn from what the fit leaves open, and the measured train is
+put among them. What all are compared by, the frequent phases, the classes of intervals and the
+means that moments are taken from, is chosen from all of them together, and each is compared with
+the mean and the scatter of all. So if the fit is right the measured train is exchangeable with the
+others, and its rank has the distribution that a p-value must have. Had the measured train alone
+chosen the moments, it would lie nearer to them than any other: hardly an impact of its own comes
+outside of phases that were chosen as those of its impacts.
 
-The p-value is a rank among all trains that were simulated. A train with too few impacts to have
-moments, or with ten times as many as the measured one, is unlike the measured one: it counts as
-nearer. Whichever rank such trains are given in advance, the measured train and the simulated ones
-remain exchangeable, and the test has its size; with this rank an oscillator that seldom gives a fit
-number of impacts can be rejected, which it could not be if such trains were left out or counted as
-farther.
+A train with too few impacts to have moments, or with ten times as many as the measured one, is
+unlike the measured one: it counts as nearer. Whichever rank such trains are given in advance, the
+measured train and the simulated ones remain exchangeable, and the test has its size; with this rank
+an oscillator that seldom gives a fit number of impacts can be rejected, which it could not be if
+such trains were left out or counted as farther.
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._moments import Moments
+from ._partition import Train
 from ._problem import Problem
 
 JUDGED = 40
@@ -27,10 +31,11 @@ LEAST_P = 1 / (JUDGED + 1)
 """Where all of these are nearer, the search may have gone astray, and it begins anew."""
 HOPELESS = 10.0
 """Distance beyond which no chance or bias, but only another oscillator, explains the train."""
+FEWEST = 20  # impacts of all trains by their number, from which on they can be compared
 
 
 class Judgement(NamedTuple):
-    """Comparison of the measured train with trains simulated at an optimum."""
+    """Comparison of the measured train with simulated ones."""
 
     distance: float  # of the measured train, by that of the median simulated one
     p_value: float
@@ -42,43 +47,58 @@ class Judgement(NamedTuple):
         """Whether continuing the search from here is pointless."""
         return self.distance > HOPELESS and self.p_value <= LEAST_P
 
+    @property
+    def compared(self) -> bool:
+        """Whether there were enough impacts to compare the trains by."""
+        return bool(np.isfinite(self.distance))
 
-def judged(problem: Problem, psi: np.ndarray) -> Judgement | None:
-    """Compare the measured train with trains simulated at parameters."""
-    return judge(problem, problem.look(np.tile(psi, (JUDGED, 1))))
 
-
-def judge(problem: Problem, looks: np.ndarray) -> Judgement | None:
-    """Compare the measured train with simulated ones.
+def judged(problem: Problem, psi: np.ndarray, covariance: np.ndarray) -> Judgement:
+    """Compare the measured train with trains drawn from the posterior.
 
     Parameters
     ----------
     problem : Problem
-        What is measured.
-    looks : ndarray, shape (trains, moments)
-        `Problem.look` of each simulated train.
-
-    Returns
-    -------
-    Judgement or None
-        None where fewer than two of the trains have moments: there is no scatter to judge by.
+    psi : ndarray, shape (names,)
+        The parameters found, on the scale of the search.
+    covariance : ndarray, shape (names, names)
     """
-    whole = looks[np.isfinite(looks).all(axis=1)]
-    if len(whole) < 2:
-        return None
-    centre, scatter = whole.mean(axis=0), whole.std(axis=0)
-    variance = (scatter**2 + 1) / 2
-    # A longer train scatters less, but for the error of the mean that it is compared with.
-    share = problem.share + 1 / len(whole)
-    measured = float(np.mean(centre**2 / variance)) / share
-    simulated = _from_others(whole - centre)
-    # 1 is what the measured train itself scatters by: periodic trains may hardly scatter at all.
-    distance = measured / max(float(np.median(simulated)), 1.0)
+    vectors, squares = np.linalg.svd(covariance, hermitian=True)[:2]
+    normal = problem.rng.standard_normal((JUDGED, len(psi)))
+    drawn = np.clip(psi + normal * np.sqrt(squares) @ vectors.T, *problem.box)
+    return compared(_first(problem), problem.simulate(drawn))
+
+
+def compared(measured: Train, simulated: Train) -> Judgement:
+    """The rank of a measured train among simulated ones, by strengths too if it has them."""
+    trains = len(simulated.starts)
+    strength = None
+    if measured.strength is not None and simulated.strength is not None:
+        strength = np.concatenate((measured.strength, simulated.strength))
+    every = Train(
+        np.concatenate((measured.x, simulated.x)),
+        strength,
+        np.concatenate((measured.joined, [False], simulated.joined)),
+        np.concatenate(([0], len(measured.x) + simulated.starts)),
+    )
+    nothing = Judgement(np.inf, LEAST_P, np.zeros((3, 0)), trains)
+    if len(simulated.x) < FEWEST * trains:
+        return nothing
+    moments = Moments.of(every)
+    found = moments(every)
+    found[every.counts <= moments.partition.length + 1] = np.nan
+    whole = np.isfinite(found).all(axis=1)
+    if not whole[0] or whole.sum() < 3:
+        return nothing
+    fit = found[whole]
+    centre, scatter = fit.mean(axis=0), fit.std(axis=0)
+    distance = np.mean(((fit - centre) / np.where(scatter > 0, scatter, np.inf)) ** 2, axis=1)
+    words = moments.shares
     return Judgement(
-        distance,
-        p_value(measured, simulated, len(looks)),
-        _word_shares(problem, centre, scatter),
-        len(looks) - len(whole),
+        float(distance[0] / max(float(np.median(distance[1:])), 1e-300)),
+        p_value(float(distance[0]), distance[1:], trains),
+        np.array([fit[0, :words], fit[1:, :words].mean(axis=0), fit[1:, :words].std(axis=0)]),
+        int(np.sum(~whole)),
     )
 
 
@@ -87,21 +107,9 @@ def p_value(measured: float, simulated: np.ndarray, trains: int) -> float:
     return (1 + int(np.sum(simulated >= measured))) / (1 + trains)
 
 
-def _from_others(off: np.ndarray) -> np.ndarray:
-    """Distance of each train from all others.
-
-    Were each among those that it is compared with, it would seem nearer than the measured one.
-    """
-    others = len(off) - 1
-    mean = -off / others  # of the others, as the mean of all is 0
-    square = (np.sum(off**2, axis=0) - off**2) / others
-    variance = (np.maximum(square - mean**2, 0.0) + 1) / 2
-    distance: np.ndarray = np.mean((off - mean) ** 2 / variance, axis=1) / (1 + 1 / others)
-    return distance
-
-
-def _word_shares(problem: Problem, centre: np.ndarray, scatter: np.ndarray) -> np.ndarray:
-    words = problem.moments.shares
-    measured, scale = problem.measured[:words], problem.scale[:words]
-    scale = np.where(np.isfinite(scale), scale, 0.0)
-    return np.array([measured, measured + scale * centre[:words], scale * scatter[:words]])
+def _first(problem: Problem) -> Train:
+    """As many impacts of the measured train as the simulated ones have."""
+    train = problem.train
+    count = int(np.ceil(problem.share * len(train.x)))
+    strength = None if train.strength is None else train.strength[:count]
+    return Train(train.x[:count], strength, train.joined[: count - 1])

@@ -128,8 +128,8 @@ def warnings_of(
         ]
     if verdict.failed:
         found.append(
-            f"{verdict.failed} of {JUDGED} trains simulated at the optimum have too few impacts to "
-            "compare, or far too many; the p-value takes them for unlike the measured one"
+            f"{verdict.failed} of {JUDGED} simulated trains have too few impacts to compare, or "
+            "far too many; the p-value takes them for unlike the measured one"
         )
     if not told:
         found.append(ALONE)

@@ -94,8 +94,8 @@ def refine(problem: Problem) -> Estimate | None:
         return None
     problem.orbit = told
     centre, covariance = _first(problem, best, len(sight.seen))
-    verdict = judged(problem, centre)
-    if verdict is not None and verdict.hopeless:  # a misfit, of which trains tell no more
+    verdict = judged(problem, centre, np.zeros_like(covariance))
+    if verdict.compared and verdict.hopeless:  # a misfit, of which trains tell no more
         return Estimate(centre, covariance, best.orbit.explained)
     estimate = beside(problem, centre, covariance)
     return None if estimate is None else estimate._replace(explained=best.orbit.explained)

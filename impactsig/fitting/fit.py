@@ -203,8 +203,8 @@ def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
         estimate = _estimate(problem)
         if estimate is None:
             continue
-        verdict = judged(problem, estimate.psi)
-        if verdict is None:
+        verdict = judged(problem, estimate.psi, estimate.covariance)
+        if not verdict.compared:
             continue
         state = (problem.floor, problem.beginnings)  # that it is simulated with
         tries.append((verdict, estimate, state))

@@ -17,8 +17,8 @@ from ._asked import observed
 from ._balance import TURN
 from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
 from ._echoes import Echoes, echoes, without
-from ._exchanged import exchanged
 from ._followed import BEGUN, Followed, Seen
+from ._judging import judged
 from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train
 from ._narrow import Estimate
 from ._outcome import outcome
@@ -310,7 +310,7 @@ def _run(
     covariance = np.diag([*np.zeros(len(names)), *variance])
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
-    verdict = exchanged(problem, psi, covariance)
+    verdict = judged(problem, psi, covariance)
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
 
 
@@ -318,14 +318,14 @@ def _without_echoes(problem: Problem, heard: Echoes, psi: np.ndarray) -> tuple[f
     """Shares of missed and of false impacts, less those that taking echoes out has made.
 
     An impact at an echo's distance from another is taken out too, and an echo is left whose own
-    impact was missed.
+    impact was missed. The share of false ones is that of all instants, echoes among them.
     """
     missed, spurious = psi[-2:]
     train = problem.simulate(np.tile(psi, (COUNTED, 1)))
     left = heard.taken_out(train, problem.forcing_frequency)
     taken = 1 - len(left.x) / max(len(train.x), 1)
     missed = max(missed - (1 - heard.share) * taken, 0.0)
-    return missed, max(spurious - heard.share * missed, 0.0)
+    return missed, max(spurious - heard.share * missed, 0.0) / (1 + heard.share)
 
 
 def _states(orbit: Followed | None, seen: Seen, theta: np.ndarray) -> Beginnings:

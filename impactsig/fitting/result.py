@@ -60,14 +60,14 @@ class OscillatorFit(Shown):
         Share of the flights from impact to impact that one orbit of the oscillator follows within
         the noise; of the others an end was missed or is false. None where strengths were not used.
     distance : float
-        Mean squared distance of the measured moments from those of trains simulated at the
-        optimum, by the median of what single ones of these have, or by 1 where they have less:
-        about 1 where the oscillator explains the train. Each moment is in units of its scatter, of
-        the simulated trains and of the measured one alike.
+        Mean squared distance of the measured moments from the mean of 41 trains, the measured one
+        and 40 simulated at parameters drawn from what the fit leaves open, by the median of what
+        the simulated ones have: about 1 where the oscillator explains the train. Each moment is in
+        units of its scatter among these trains.
     p_value : float
-        Share of 41 trains, 40 simulated and the measured one, that are as far from the mean of the
-        simulated ones as the measured one, or farther; 1/41 at least. A simulated train with too
-        few impacts to compare, or ten times as many as were measured, counts as nearer.
+        Share of these trains that are as far from their mean as the measured one, or farther; 1/41
+        at least. A simulated train with too few impacts to compare, or ten times as many as were
+        measured, counts as nearer.
     word_shares : ndarray, shape (3, words)
         How often each word of intervals comes: measured; mean and standard deviation of the
         simulated trains.

@@ -245,7 +245,7 @@ def _bars(result: Experiment, ax: Axes, diagrams: Sequence[BifurcationDiagram]) 
         for one in diagrams
     ]
     motions = [motion for _, bar in bars for _, motion in bar]
-    often = sorted(set(motions), key=lambda one: -motions.count(one))
+    often = sorted(dict.fromkeys(motions), key=lambda one: -motions.count(one))
     periods = [one for one in often if one.startswith("period(")]
     colours = dict(zip(periods, CHANNEL_COLOURS * len(periods), strict=False))
     colours |= {"aperiodic": APERIODIC, "no impacts": SILENT, "unknown": UNKNOWN}

@@ -310,6 +310,26 @@ def test_killed_at_any_instant_nothing_is_lost_or_done_twice(tmp_path):
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in seen.items())
 
 
+def test_sweeps_both_ways_begin_at_their_parameter(tmp_path):
+    """Even of recordings with the same content: the law of each is a part of its name."""
+    first = record(tmp_path / "up" / "20.0Hz.wav", 20.0)
+    (tmp_path / "down").mkdir()
+    (tmp_path / "down" / "20.5Hz.wav").write_bytes(first.read_bytes())
+    sweep = {"from": "law", "start": "parameter", "rate": 0.1, "window": 20}
+    rig = Rig(channel=RIG.channel, parameter=RIG.parameter, sweep=sweep)
+    found = Experiment.read(tmp_path, rig, workers=1)
+    assert not found.errors
+    ends = {
+        branch: [point.value for point in found.points() if point.branch == branch]
+        for branch in ("up", "down")
+    }
+    for branch, begun, pace in (("up", 20.0, 0.1), ("down", 20.5, -0.1)):
+        assert len(ends[branch]) > 1
+        assert ends[branch] == sorted(ends[branch], reverse=branch == "down")
+        middle = begun + pace * 1.0  # of two seconds
+        assert np.mean([ends[branch][0], ends[branch][-1]]) == pytest.approx(middle, abs=0.02)
+
+
 def test_what_is_kept_of_a_recording_that_waits_is_small(monkeypatch):
     """1e5 recordings are a list of names; the digest of the job took 10 kB of each."""
 
@@ -319,8 +339,8 @@ def test_what_is_kept_of_a_recording_that_waits_is_small(monkeypatch):
     monkeypatch.setattr(_reading.Work, "__call__", name_only)
     count = 3000
     places = [_reading.Place(float(k), "") for k in range(count)]
-    tasks = [_reading.Task(Path(f"{k}.wav"), place, None) for k, place in enumerate(places)]
-    work = _reading.Work(pickle.dumps(tasks), RIG, Path("kept"), "")
+    tasks = [_reading.Task(Path(f"{k}.wav"), place, None, RIG) for k, place in enumerate(places)]
+    work = _reading.Work(pickle.dumps(tasks), Path("kept"))
     tracemalloc.start()
     try:
         found, errors = _reading._swept(work, count, 1, None, False)

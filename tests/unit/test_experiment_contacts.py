@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactsig import Impacts
-from impactsig.experiment._contacts import mean_contact
+from impactsig.experiment._contacts import COMMON, mean_contact
 
 COUNT = 20  # impacts a second
 
@@ -22,8 +22,9 @@ def train(contact, error=None, start=0.0):
 
 
 def measured(rng, seconds, error, true=300.0):
-    """Contact times of which those of a second are off together."""
-    return np.broadcast_to(true, seconds * COUNT) + np.repeat(rng.normal(0, error, seconds), COUNT)
+    """Contact times of which those of a second are off together, and those of a run a little."""
+    off = COMMON * rng.normal(0, error) + np.sqrt(1 - COMMON**2) * rng.normal(0, error, seconds)
+    return np.broadcast_to(true, seconds * COUNT) + np.repeat(off, COUNT)
 
 
 def test_a_second_that_is_misread_hardly_counts():
@@ -47,14 +48,16 @@ def test_seconds_count_from_the_beginning_of_the_run_and_by_their_impacts():
     contact = np.concatenate([np.full(COUNT, 310.0), np.full(COUNT // 4, 300.0)])
     mean, error = mean_contact(train(contact, 20.0, start=7.5))
     assert mean == pytest.approx(308e-6, rel=1e-12)
-    assert error == pytest.approx(20e-6 * np.hypot(0.8, 0.2), rel=1e-12)
+    own = np.sqrt(1 - COMMON**2) * np.hypot(0.8, 0.2)
+    assert error == pytest.approx(20e-6 * np.hypot(own, COMMON), rel=1e-12)
 
 
-def test_standard_errors_hold_what_is_shared_within_a_second():
+@pytest.mark.parametrize("seconds", [10, 90])
+def test_standard_errors_hold_what_is_shared_within_a_second_and_a_run(seconds):
     rng = np.random.default_rng(2)
     z = []
     for _ in range(400):
-        mean, error = mean_contact(train(measured(rng, 10, 6.0), 6.0))
+        mean, error = mean_contact(train(measured(rng, seconds, 6.0), 6.0))
         z.append((mean - 300e-6) / error)
     assert 0.85 < np.std(z) < 1.05
     assert 0.93 < np.mean(np.abs(z) < 1.96) < 0.99

@@ -520,7 +520,7 @@ def test_warnings_say_what_is_not_told():
     (why,) = _outcome.warnings_of((), False, False, alike)
     assert "do not tell a soft stop from a rigid one" in why
     assert "moves periodically" in _outcome.warnings_of(("damping",), True, True, alike)[0]
-    assert "3 of 40 trains" in _outcome.warnings_of(("damping",), False, True, unlike)[1]
+    assert "3 of 40 simulated trains" in _outcome.warnings_of(("damping",), False, True, unlike)[1]
     assert "does not explain" in _outcome.warnings_of((), False, False, unlike)[-1]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,15 +21,16 @@ from impactsig import (
     simulate,
 )
 from impactsig.fitting._contact_kernels import bounce, contacts
-from impactsig.fitting._echoes import echoes, without
+from impactsig.fitting._echoes import _dithered, echoes, without
 from impactsig.fitting._followed import Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
 from impactsig.fitting._path_kernels import Chain
+from impactsig.fitting._simulated import chained
 from impactsig.fitting._together import WIDEST, Joint, Layout, covariance_of
-from impactsig.fitting.joint import mirrored
+from impactsig.fitting.joint import _without_echoes, mirrored
 from impactsig.simulate.batches.trains import Impacting
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
@@ -133,6 +135,33 @@ def test_the_spread_of_echoes_is_that_of_their_delay(jitter):
     assert found.spread == pytest.approx(jitter * math.sqrt(2), rel=0.15)
 
 
+@pytest.mark.parametrize("tick", [1e-4, 4e-4, 6e-4])
+def test_echoes_are_found_on_a_coarse_clock(tick):
+    """Most delays are the same number of ticks, and their median deviation was 0."""
+    trains = []
+    for seed in (1, 2, 3):
+        train, _ = train_with_echoes(0.4, seed=seed)
+        ticks = np.unique(np.round(train.x / FREQUENCY / tick))
+        trains.append(Train(ticks * tick * FREQUENCY, None, np.ones(len(ticks) - 1, bool)))
+    found = echoes(trains, [FREQUENCY] * 3)
+    assert found.delay == pytest.approx(0.004, abs=tick / 4)
+    assert found.share == pytest.approx(0.4, abs=0.06)
+    seen = math.sqrt(2e-8 + tick**2 / 6)  # jitter and rounding of two instants
+    assert seen < found.spread * 1.15 < 1.8 * seen
+
+
+def test_only_delays_in_ticks_are_laid_out():
+    rng = np.random.default_rng(8)
+    late = rng.random(40)
+    np.testing.assert_array_equal(_dithered(late, 1e-10), late)
+    assert len(_dithered(np.empty(0), 1e-10)) == 0
+    ticks = np.round(10 * rng.random(400)) / 10
+    found = _dithered(ticks, 1e-10)
+    assert np.abs(found - ticks).max() <= 0.05 + 1e-12
+    shares = np.histogram(found - ticks, 10, (-0.05, 0.05))[0] / 400
+    np.testing.assert_allclose(shares, 0.1, atol=0.01)
+
+
 def test_impacts_that_chatter_are_no_echoes():
     # Most impacts are followed by another at once, more than have an echo.
     rng = np.random.default_rng(8)
@@ -164,6 +193,28 @@ def test_echoes_are_simulated_and_taken_out_again():
     np.testing.assert_array_equal(left.x, x)
     np.testing.assert_array_equal(left.starts, truth.starts)
     assert np.flatnonzero(~left.joined).tolist() == [199]
+
+
+def test_shares_of_missed_and_of_false_instants_are_those_of_all_with_their_echoes():
+    missed, spurious, jitter, count = 0.04, 0.03, 1e-4 * FREQUENCY, 20_000
+    every = [train_with_echoes(0.6, seed=seed)[0] for seed in (1, 2)]
+    heard = echoes(every, [FREQUENCY] * 2)
+    rng = np.random.default_rng(5)
+    x = np.cumsum((0.02 + 0.03 * rng.random(count)) * FREQUENCY)
+    truth = Impacting(x, np.ones(count), np.zeros(1, int), np.zeros(count, int))
+    chain = {"missed": missed, "jitter": jitter, "spurious": spurious}
+    chain |= {"strength_floor": 0.0, "strength_noise": 0.0}
+    values = {name: np.array([value]) for name, value in chain.items()}
+    whole = chained(heard.again(truth, FREQUENCY, rng), math.ceil(x[-1]), values, rng)
+    left = heard.taken_out(whole, FREQUENCY)
+    nearest = left.x[np.clip(np.searchsorted(left.x, x), 1, len(left.x) - 1) - np.array([[0], [1]])]
+    hit = int(np.sum(np.abs(nearest - x).min(axis=0) < 5 * jitter))
+    found = np.array([1 - hit / count, 1 - hit / len(left.x)])
+    alone = Train(x, None, np.ones(count - 1, bool))
+    problem = SimpleNamespace(simulate=lambda psi: alone, forcing_frequency=FREQUENCY)
+    assert found[1] > 1.5 * spurious
+    mended = _without_echoes(problem, heard, found)
+    np.testing.assert_allclose(mended, [missed, spurious], rtol=0.15)
 
 
 def test_irregular_trains_have_no_echoes():

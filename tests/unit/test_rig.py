@@ -120,6 +120,10 @@ def test_tables_contradict_each_other():
         Rig(forcing={"frequency": "parameter"})
     with pytest.raises(InvalidInput, match=r"sweep\.from"):
         Rig(sweep={"from": "channel"})
+    with pytest.raises(InvalidInput, match=r"sweep\.start: got parameter"):
+        Rig(sweep={"from": "law", "start": "parameter", "rate": 0.1})
+    with pytest.raises(InvalidInput, match=r"sweep\.start"):
+        Rig(sweep={"from": "law", "start": "anywhere", "rate": 0.1})
 
 
 @pytest.fixture
@@ -149,7 +153,21 @@ def test_what_is_written_of_a_file_reads_back(recording, written, capsys, monkey
     target = recording.parent / "rig.toml"
     assert cli.main(["rig", str(recording), "-o", str(target)]) == 0
     assert Rig.read(target) == Rig.read(recording.parent / "other.toml")
+    target.write_text("# by hand\n", encoding="utf-8")
     capsys.readouterr()
+    assert cli.main(["rig", str(recording), "-o", str(target)]) == 1
+    assert "is there already" in capsys.readouterr().err
+    assert target.read_text(encoding="utf-8") == "# by hand\n"
+
+
+def test_a_written_rig_names_what_its_pattern_leaves_out(recording, written, capsys):
+    for name in ("run_21.0Hz.csv", "run_22.0Hz.csv", "notes.txt", "picture.png"):
+        (recording.parent / name).touch()
+    assert cli.main(["rig", str(recording)]) == 0
+    text = capsys.readouterr().out
+    assert '# This leaves out .csv, .txt; files = "run_*" would not.' in text
+    assert Rig.read(written(text)).files == "*.wav"
+    assert "the file does not say of which sensor" in text
 
 
 def test_every_key_of_a_written_rig_is_accepted(recording, written):
