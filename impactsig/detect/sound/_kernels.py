@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import njit
-from ..signal.order_kernels import select
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -186,14 +185,44 @@ def greatest_between(values, first, last, out):
 
 
 @njit(nogil=True)
-def greatest_but(values, first, last, rank, out):
-    """out[k]: the rank[k]-th greatest of values[first[k] : last[k]]; 0 if there are fewer."""
+def ranked_between(order, first, last, rank, tree, out):
+    """out[k]: index of the rank[k]-th least of the values first[k] to last[k]; -1 if there is none.
+
+    `order` sorts all values. Neither `first` nor `last` falls. `tree`, zeros, one more than there
+    are values, counts those in the window by their place in the order (a binary indexed tree).
+    """
+    count, begin, end = len(order), 0, 0
+    place = np.empty(count, np.int64)
+    for r in range(count):
+        place[order[r]] = r
+    top = 1
+    while 2 * top <= count:
+        top *= 2
     for k in range(len(out)):
-        count = last[k] - first[k]
-        out[k] = 0.0
-        if count >= rank[k]:
-            mixed = values[first[k] : last[k]].copy()
-            out[k] = select(mixed, 0, count - 1, count - rank[k])
+        while end < last[k]:
+            add_count(tree, place[end], 1)
+            end += 1
+        while begin < min(first[k], end):
+            add_count(tree, place[begin], -1)
+            begin += 1
+        out[k] = -1
+        if 0 <= rank[k] < end - begin:
+            left, at, step = rank[k], 0, top
+            while step > 0:
+                if at + step <= count and tree[at + step] <= left:
+                    at += step
+                    left -= tree[at]
+                step //= 2
+            out[k] = order[at]
+
+
+@njit(nogil=True)
+def add_count(tree, place, one):
+    """Count a value more or less at this place."""
+    k = place + 1
+    while k < len(tree):
+        tree[k] += one
+        k += k & -k
 
 
 @njit(nogil=True)
