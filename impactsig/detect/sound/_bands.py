@@ -70,12 +70,14 @@ def bands_at(rate: float, hop: int) -> Bands:
     return Bands(hop, window.astype(np.float32), first, width, weights, gain, transform)
 
 
-def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
+@functools.lru_cache(maxsize=16)
+def degrees_of_freedom(rate: float, hop: int, frames: int) -> np.ndarray:
     """Effective degrees of freedom of the mean power of `frames` frames of white noise.
 
     2 mean^2 / variance, with the covariance |sum_n w[n] w[n + s] exp(2 pi i d n / N)|^2 of the
     squared coefficients that are d apart, in windows that are s samples apart.
     """
+    bands = bands_at(rate, hop)
     size, widest = len(bands.window), bands.width.max()
     window = bands.window.astype(float)
     together = np.zeros(widest)

@@ -339,9 +339,11 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
     if silent.any():
         heard = np.append(0, np.cumsum(~silent))
         rise, first, last = rise[~silent], heard[first], heard[last]
+    ranks = np.outer(last - first, list(RATTLE)).astype(int)
+    each = ranks.shape[1]
+    quantiles = ranked(rise, np.repeat(first, each), np.repeat(last, each), ranks.ravel())
     times = np.array(list(RATTLE.values()), rise.dtype)
-    quantiles = [ranked(rise, first, last, (q * (last - first)).astype(int)) for q in RATTLE]
-    return np.asarray(np.max(times * np.stack(quantiles, axis=1), axis=1)[which], float)
+    return np.asarray(np.max(times * quantiles.reshape(-1, each), axis=1)[which], float)
 
 
 def odds_among(

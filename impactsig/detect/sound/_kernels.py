@@ -22,6 +22,7 @@ ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what i
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
+SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
 TOGETHER = 512  # frames whose sums stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
@@ -66,6 +67,35 @@ def octave_powers(x, octaves, even, odd, high, power):
         count //= 2
         halve(even, high[:count], odd[:count])
         even, odd = odd, even
+
+
+@njit(nogil=True)
+def part_means(power, first, groups, per, real, parts, counted, silent):
+    """Mean powers of `per` frames each, in so many GROUPs from frame `first` on.
+
+    silent[g]: whether all power of GROUP g - 2 is 0, two before and two after them included;
+    counted[i]: whether the frames of part i lie between those of `real` and no silence touches
+    them. `per` is 8.
+    """
+    octaves, each = power.shape[0], GROUP // per
+    for g in range(groups + 4):
+        at = first + (g - 2) * GROUP
+        silent[g] = real[0] <= at and at + GROUP <= real[1]
+        for b in range(octaves):
+            if silent[g]:
+                for j in range(at, at + GROUP):
+                    if power[b, j] != 0.0:
+                        silent[g] = False
+                        break
+    for b in range(octaves):
+        for i in range(groups * each):
+            p = power[b, first + i * per : first + (i + 1) * per]
+            total = ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]))
+            parts[b, i] = total / per
+    for i in range(groups * each):
+        g, at = 2 + i // each, first + i * per
+        counted[i] = real[0] <= at and at + per <= real[1]
+        counted[i] &= not (silent[g - 1] or silent[g] or silent[g + 1])
 
 
 @njit(nogil=True)
@@ -144,8 +174,17 @@ def loudness(after, background, weights, frames, out):
 @njit(nogil=True)
 def least_step(x):
     """Least nonzero difference of successive samples; infinite if hardly any differ."""
-    least, changes = np.inf, 0
-    for i in range(1, len(x)):
+    changes, done = 0, 1
+    leasts = np.full(SIDE_BY_SIDE, np.inf)
+    for i in range(1, len(x) - SIDE_BY_SIDE + 1, SIDE_BY_SIDE):
+        now, before = x[i : i + SIDE_BY_SIDE], x[i - 1 : i - 1 + SIDE_BY_SIDE]
+        for k in range(SIDE_BY_SIDE):
+            step = abs(now[k] - before[k])
+            changes += step > 0.0
+            leasts[k] = step if 0.0 < step < leasts[k] else leasts[k]
+        done = i + SIDE_BY_SIDE
+    least = leasts.min()
+    for i in range(done, len(x)):
         step = abs(x[i] - x[i - 1])
         if step > 0.0:
             changes += 1

@@ -78,9 +78,13 @@ def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
 
 def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
     """The greatest of each value and of those at most `reach` away."""
-    from scipy import ndimage
-
-    return ndimage.maximum_filter1d(values, 2 * reach + 1, mode="nearest")
+    padded = np.pad(values, reach, mode="edge")
+    size = 1  # of what the greatest is known of
+    while 2 * size <= 2 * reach + 1:
+        padded = np.maximum(padded[:-size], padded[size:])
+        size *= 2
+    rest = 2 * reach + 1 - size
+    return np.maximum(padded[: len(padded) - rest], padded[rest:]) if rest else padded
 
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..._compiled import njit
 
-LANES = 32
+LANES = 64
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
 _NONE, _TWO, _THREE, _FOUR = np.uint64(0), np.uint64(2), np.uint64(3), np.uint64(4)
 _HALF = np.float32(0.5)

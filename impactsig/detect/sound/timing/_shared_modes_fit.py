@@ -230,14 +230,12 @@ def modes_behind(
     q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
     rest = beyond[:, index].transpose(1, 2, 0)
     rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
-    basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
+    basis = np.ascontiguousarray(np.concatenate((q, rest), axis=2).transpose(0, 2, 1))
     square = rest.transpose(0, 2, 1) @ rest
     freedom = max(heard * (lead + after) - q.shape[2], 1.0)
     gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
-    whole, fine = (
-        (np.ascontiguousarray(basis[part]), gram[part])
-        for part in (shift % PARTS == 0, np.abs(shift) <= near)
-    )
+    parts = shift % PARTS == 0, np.abs(shift) <= near
+    whole, fine = ((basis[part], gram[part]) for part in parts)
     return Model(lead, freedom, whole, fine, near)
 
 
