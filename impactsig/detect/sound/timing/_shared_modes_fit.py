@@ -5,12 +5,13 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from ._edge import PARTS, responses, step_modes
-from ._shared_modes_kernels import add_rings, leave, place, project, weigh
+from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
 
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -27,6 +28,7 @@ FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
+STRANGERS = 6.0  # times that, at whole samples and before priors are learned, that nothing mends
 LIKELY = 3  # filters that are tried with more than one choice of modes
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
@@ -99,13 +101,39 @@ class Model:
 
     lead: int  # samples of a fit before its origin
     freedom: float  # degrees of it in noise that Q leaves
-    whole: tuple[np.ndarray, np.ndarray]  # basis and Gram elements at shifts of whole samples
-    fine: tuple[np.ndarray, np.ndarray]  # at all `near` shifts on either side, that a fit looks at
-    near: int
+    near: int  # shifts on either side that a fit looks at
+    reach: int  # samples on either side that its origin is looked for in
+    parts: tuple[np.ndarray, np.ndarray]  # results of `step_modes`, from `lead` + `reach` before
     noise: float = 0.0  # power of a sample
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
     evidence: float = -np.inf  # per sound, logarithmic
+
+    @functools.cached_property
+    def whole(self) -> tuple[np.ndarray, np.ndarray]:
+        """Basis and Gram elements at whole samples."""
+        return self._at(PARTS * np.arange(-self.reach, self.reach + 1))
+
+    @functools.cached_property
+    def fine(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same at the shifts that a fit looks at."""
+        return self._at(np.arange(-self.near, self.near + 1))
+
+    def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
+
+        With the diagonal of K'K and what lies beside it, (shifts, 3).
+        """
+        modes, beyond = self.parts
+        size = modes.shape[1] // PARTS - 2 * self.reach
+        index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
+        q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
+        rest = beyond[:, index].transpose(1, 2, 0)
+        rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
+        square = rest.transpose(0, 2, 1) @ rest
+        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
+        basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
+        return np.ascontiguousarray(basis), gram
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
@@ -123,7 +151,7 @@ class Model:
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         sounds, first = sounds[which], first[which]
         energy, whole = self._projections(sounds, first, basis)
-        fine = np.empty((len(which), len(self.fine[0]), 3))
+        fine = np.empty((len(which), 2 * self.near + 1, 3))
         unknown = np.full(len(which), -1)
         return Projected(
             len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
@@ -147,6 +175,14 @@ class Model:
         left = self.fit_projected(held)[:, 2]
         left = left[np.isfinite(left)]
         return float(np.median(left)) if len(left) else np.inf
+
+    def median_left_at_samples(self, held: Projected) -> float:
+        """About the same, if all start at whole samples, before anything is learned."""
+        some = held.energy > NOTHING * self.noise
+        energy, left = held.energy[some], np.empty(np.count_nonzero(some))
+        floor = self.noise, FIRST_ERROR
+        leave(held.whole[some], energy, self.whole[1], floor, self.prior, left)
+        return float(np.median(left - self.freedom * self.noise / energy)) if len(left) else np.inf
 
     def learn(self, held: Projected, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
@@ -222,21 +258,9 @@ def modes_behind(
     """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))
-    modes, beyond = step_modes(exponents, response, taps, -lead - reach, after + reach)
-    near = round(NEAR * rate * PARTS)
-    shift = np.arange(-PARTS * reach, PARTS * reach + 1)
-    shift = shift[(shift % PARTS == 0) | (np.abs(shift) <= near)]
-    index = PARTS * (np.arange(after + lead) + reach) - shift[:, None]
-    q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
-    rest = beyond[:, index].transpose(1, 2, 0)
-    rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
-    basis = np.ascontiguousarray(np.concatenate((q, rest), axis=2).transpose(0, 2, 1))
-    square = rest.transpose(0, 2, 1) @ rest
-    freedom = max(heard * (lead + after) - q.shape[2], 1.0)
-    gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
-    parts = shift % PARTS == 0, np.abs(shift) <= near
-    whole, fine = ((basis[part], gram[part]) for part in parts)
-    return Model(lead, freedom, whole, fine, near)
+    parts = step_modes(exponents, response, taps, -lead - reach, after + reach)
+    freedom = max(heard * (lead + after) - len(parts[0]), 1.0)
+    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, parts)
 
 
 def chosen_model(
@@ -270,8 +294,11 @@ def chosen_model(
         return None
     first, *others = choices
     common, *rare = responses()
-    model, held = learned(first, common)
-    bare, by_bare = projected(first, None)
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, common))
+    both = (model, held), (bare, by_bare)
+    if all(part.median_left_at_samples(of) > STRANGERS * unlike for part, of in both):
+        return None
+    model.learn(held, EXACT)
     most = HOPELESS * unlike
     # Modes that start at once leave as much whatever their prior and error are.
     if model.median_left(held) > most and bare.median_left(by_bare) > most:
