@@ -27,10 +27,11 @@ def band_rise(earlier, power, background, freedom, per, out):
     `background` has a column for `per` frames.
     """
     bands, count = power.shape
+    frames = np.uint64(count)  # unsigned: what may count from the end is no loop of vector lanes
     total, greatest = out
     out[:] = 0.0
     ratio, bound = np.empty(count), np.empty(count)
-    level, rise = np.empty(count), np.ones(count)
+    level, rise = np.empty(background.shape[1] * per), np.ones(count)
     before = np.empty((3, count))  # powers then, of three bands
     put_before(earlier[0], power[0], before[0])
     for b in range(bands):
@@ -39,25 +40,31 @@ def band_rise(earlier, power, background, freedom, per, out):
         now, then = power[b], before[b % 3]
         lower, upper = before[max(b - 1, 0) % 3], before[min(b + 1, bands - 1) % 3]
         half = 0.5 * freedom[b]
+        at = 0
         for group in range(background.shape[1]):
-            level[group * per : (group + 1) * per] = background[b, group]
+            noise = background[b, group]
+            for k in range(per):
+                level[at + k] = noise
+            at += per
         # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
-        for i in range(count):
+        for i in range(frames):
             noise, past = level[i], then[i]
-            base = 0.5 * past if 0.5 * past > noise else noise
+            half_past = 0.5 * past
+            base = half_past if half_past > noise else noise
             x = now[i] / base if now[i] > base else 1.0
             ratio[i] = x
-            bound[i] = half * (x - 1.0) * (x - 1.0) / (x + 1.0)
+            bound[i] = half * (x - 1.0) * (x - 1.0)
             noise *= TIMES_BACKGROUND
             past = past if past > noise else noise
             past = past if past > lower[i] else lower[i]
             past = past if past > upper[i] else upper[i]
-            rise[i] *= now[i] / past if now[i] > past > 0.0 else 1.0
-        for i in range(count):
-            if bound[i] > ALMOST * greatest[i]:
+            risen = now[i] / past
+            rise[i] *= risen if risen > 1.0 and past > 0.0 else 1.0
+        for i in range(frames):
+            if bound[i] > ALMOST * greatest[i] * (ratio[i] + 1.0):
                 greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
         if (b + 1) % FACTORS == 0 or b == bands - 1:
-            for i in range(count):
+            for i in range(frames):
                 if rise[i] > 1.0:
                     total[i] += np.log(rise[i])
             rise[:] = 1.0
@@ -67,9 +74,11 @@ def band_rise(earlier, power, background, freedom, per, out):
 @njit(nogil=True)
 def put_before(earlier, power, out):
     """Powers as many frames before each as `earlier` has."""
-    lag = min(len(earlier), len(out))
-    out[:lag] = earlier[:lag]
-    out[lag:] = power[: len(out) - lag]
+    lag = np.uint64(min(len(earlier), len(out)))
+    for i in range(lag):
+        out[i] = earlier[i]
+    for i in range(lag, np.uint64(len(out))):
+        out[i] = power[i - lag]
 
 
 @njit(nogil=True, error_model="numpy")

@@ -22,6 +22,7 @@ ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what i
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
+_NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
 SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
 TOGETHER = 512  # frames whose sums stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
@@ -56,17 +57,37 @@ def octave_powers(x, octaves, even, odd, high, power):
     count = len(x) // 2
     halve(x, high[:count], even[:count])
     for b in range(octaves):
-        per = count // frames
-        for j in range(frames):
-            total = 0.0
-            for i in range(j * per, (j + 1) * per):
-                total += high[i] * high[i]
-            power[b, j] = total / per
+        mean_squares(high, count // frames, power[b])
         if b == octaves - 1:
             break
         count //= 2
         halve(even, high[:count], odd[:count])
         even, odd = odd, even
+
+
+@njit(nogil=True, error_model="numpy")
+def mean_squares(values, per, out):
+    """Means of the squares of each `per` values, added in sequence.
+
+    A few usual numbers are written out, so that they run in vector lanes.
+    """
+    v = values
+    if per == 2:
+        for j in range(_NONE, np.uint64(len(out))):
+            i = _TWO * j
+            out[j] = (v[i] * v[i] + v[i + _ONE] * v[i + _ONE]) / per
+    elif per == 4:
+        for j in range(_NONE, np.uint64(len(out))):
+            i = _FOUR * j
+            k = i + _TWO
+            first = v[i] * v[i] + v[i + _ONE] * v[i + _ONE]
+            out[j] = (first + v[k] * v[k] + v[k + _ONE] * v[k + _ONE]) / per
+    else:
+        for j in range(len(out)):
+            total = 0.0
+            for i in range(j * per, (j + 1) * per):
+                total += v[i] * v[i]
+            out[j] = total / per
 
 
 @njit(nogil=True)
@@ -100,16 +121,18 @@ def part_means(power, first, groups, per, real, parts, counted, silent):
 
 @njit(nogil=True)
 def halve(x, high, low):
-    """Haar details and sums of pairs of samples."""
-    count = len(high)
-    pairs = x[: 2 * count].reshape(count, 2)
-    for i in range(count - 1):
-        high[i] = pairs[i, 1] - 0.5 * (pairs[i, 0] + pairs[i + 1, 0])
-    high[count - 1] = 0.0
-    low[0] = pairs[0, 0]
-    pairs, after, low = pairs[1:], high[1:], low[1:]
-    for i in range(count - 1):
-        low[i] = pairs[i, 0] + 0.25 * (high[i] + after[i])
+    """Haar details and sums of pairs of samples.
+
+    Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
+    """
+    count = np.uint64(len(high))
+    for i in range(_NONE, count - _ONE):
+        j = _TWO * i
+        high[i] = x[j + _ONE] - 0.5 * (x[j] + x[j + _TWO])
+    high[count - _ONE] = 0.0
+    low[0] = x[0]
+    for i in range(_ONE, count):
+        low[i] = x[_TWO * i] + 0.25 * (high[i - _ONE] + high[i])
 
 
 @njit(nogil=True)
