@@ -90,10 +90,11 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
     background. `earlier` and `following` are the powers beside those of the frames.
     """
     lag, count = earlier.shape[1], power.shape[1]
-    for k in range(len(frames)):
-        i = frames[k]
-        risen = grown = 0.0
-        for b in range(power.shape[0]):
+    risen = np.zeros(len(frames))
+    out[:] = 0.0
+    for b in range(power.shape[0]):
+        for k in range(len(frames)):
+            i = frames[k]
             now = power[b, i]
             then = earlier[b, i] if i < lag else power[b, i - lag]
             base = max(then, TIMES_BACKGROUND * background[b, i // per])
@@ -101,9 +102,10 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
                 j = i + later
                 ahead = power[b, j] if j < count else following[b, j - count]
                 rise = np.log(now / base)
-                risen += rise
-                grown += rise * np.log(max(ahead, base) / now)
-        out[k] = grown / risen if risen > 0.0 else 0.0
+                risen[k] += rise
+                out[k] += rise * np.log(max(ahead, base) / now)
+    for k in range(len(frames)):
+        out[k] = out[k] / risen[k] if risen[k] > 0.0 else 0.0
 
 
 @njit(nogil=True)
