@@ -28,7 +28,7 @@ FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
-STRANGERS = 8.0  # times that, at whole samples and before priors are learned, that nothing mends
+STRANGERS = 8.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
@@ -172,16 +172,20 @@ class Model:
 
     def median_left(self, held: Projected) -> float:
         """Share of the energy that the model leaves in the median; infinite if it fits none."""
-        left = self.fit_projected(held)[:, 2]
-        left = left[np.isfinite(left)]
-        return float(np.median(left)) if len(left) else np.inf
+        there, origin, _ = self._origins(held)
+        if not len(there):
+            return np.inf
+        energy, fine = self._near(held, there, origin)
+        left, floor = np.empty(len(there)), (self.noise, self.error)
+        leave(fine, energy, self.fine[1], floor, self.freedom, self.prior, left)
+        return float(np.median(left - self.freedom * self.noise / energy))
 
     def median_left_at_samples(self, held: Projected) -> float:
         """About the same, if all start at whole samples, before anything is learned."""
         some = held.energy > NOTHING * self.noise
         energy, left = held.energy[some], np.empty(np.count_nonzero(some))
         floor = self.noise, FIRST_ERROR
-        leave(held.whole[some], energy, self.whole[1], floor, self.prior, left)
+        leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
         return float(np.median(left - self.freedom * self.noise / energy)) if len(left) else np.inf
 
     def learn(self, held: Projected, least: float) -> None:
@@ -195,7 +199,8 @@ class Model:
         for impulse in PRIORS:
             prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
             for _ in range(2):
-                leave(fine, energy, self.fine[1], (self.noise, error), prior, left)
+                floor = self.noise, error
+                leave(fine, energy, self.fine[1], floor, np.inf, prior, left)
                 beyond = left / self.freedom - self.noise / energy
                 error = max(float(np.median(beyond)), least)
             out = self._weighed(energy, fine, error, prior)
@@ -296,7 +301,9 @@ def chosen_model(
     common, *rare = responses()
     (bare, by_bare), (model, held) = (projected(first, own) for own in (None, common))
     both = (model, held), (bare, by_bare)
-    if all(part.median_left_at_samples(of) > STRANGERS * unlike for part, of in both):
+    if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
+        return None
+    if all(part.median_left(of) > STRANGERS[1] * unlike for part, of in both):
         return None
     model.learn(held, EXACT)
     most = HOPELESS * unlike

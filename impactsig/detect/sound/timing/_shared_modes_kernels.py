@@ -230,12 +230,18 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
 
 
 @njit(nogil=True)
-def leave(projections, energy, grams, floor, prior, left):
-    """Share of the energy of each sound that the most probable shift leaves."""
+def leave(projections, energy, grams, floor, freedom, prior, left):
+    """Share of the energy of each sound that the most probable shift leaves.
+
+    As in `weigh`, s is at least what is left to each of the degrees of freedom.
+    """
     value = np.empty(len(grams))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
         _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        if left[i] > error * freedom:
+            error = left[i] / freedom
+            _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
 
 
 @njit(nogil=True)
