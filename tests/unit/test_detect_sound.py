@@ -525,7 +525,7 @@ def test_twin(rate):
     (passage,) = survey.passages
     c, loud = naive_sound.octave_rise(x, scale, rate, CORE)
     np.testing.assert_allclose(np.concatenate(passage.octaves), c[::SAMPLED], atol=1e-6)
-    freedom = degrees_of_freedom(survey.bands, PER), survey.frame_freedom
+    freedom = degrees_of_freedom(float(rate), survey.bands.hop, PER), survey.frame_freedom
     b, likelihood, known = naive_sound.band_rise(
         x, rate, survey.bands.hop, survey.bands, freedom, survey.lag, CORE // 16
     )

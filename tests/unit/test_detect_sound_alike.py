@@ -27,6 +27,7 @@ from impactsig.detect.sound.timing._alike_kernels import (
     fit_shift,
     likeliest,
     mean_wave,
+    respond,
     shift_wave,
 )
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
@@ -256,12 +257,14 @@ def test_of_two_equal_crests_the_expected_one_is_taken_and_the_other_counts():
     y = np.zeros(101)
     for lag in (-20, 20):
         y[50 + lag : 55 + lag] += 5.0 * wave[0]
-    at, square = likeliest(y, 50, 40, 1, wave, np.sum(wave**2), 20.0, 10.0)
+    response = respond(y, 50, 40, 1, wave, np.empty((4, 81)))
+    np.testing.assert_allclose(response, np.correlate(y[10:95], wave[0], "valid"), atol=1e-14)
+    at, square = likeliest(response, 40, 1, 1, np.sum(wave**2), 20.0, 10.0)
     assert at == pytest.approx(20.0, abs=1e-9)
     # By a Cauchy distribution 10 wide, the other crest is 1 + 4^2 times less likely.
     assert square == pytest.approx(40.0**2 / 17.0 / (1.0 + 1.0 / 17.0), rel=1e-2)
     for place in (20.0, -20.0):
-        assert likeliest(y, 50, 40, 1, wave, 1.0, place, 10.0)[0] == pytest.approx(place, abs=1e-9)
+        assert likeliest(response, 40, 1, 1, 1.0, place, 10.0)[0] == pytest.approx(place, abs=1e-9)
 
 
 def test_waveforms_that_reach_the_edge_of_the_band_are_shifted_well():

@@ -12,6 +12,7 @@ from benchmarks.recordings import score
 from benchmarks.sound_timing import MODES, band_limited, crossing, pink
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
+from impactsig.detect.sound.timing._alike_kernels import product
 from impactsig.detect.sound.timing._edge import (
     PARTS,
     chebyshev,
@@ -27,6 +28,7 @@ from impactsig.detect.sound.timing._shared_modes_kernels import (
     add_lagged_products,
     crossings,
     log_probability,
+    project,
 )
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
@@ -253,6 +255,22 @@ def test_exponents_are_those_of_the_sounds():
 def test_sounds_without_modes_in_common_have_no_exponents():
     noise = np.random.default_rng(10).standard_normal((60, 60))
     assert shared_exponents(noise, np.zeros(60), 0.0, RATE) == ([], [])
+
+
+@pytest.mark.parametrize(("count", "size"), [(1, 3), (70, 41), (33, 16)])
+def test_projections_are_products_with_the_basis(count, size):
+    rng = np.random.default_rng(13)
+    sounds, basis = rng.standard_normal((count, 80)), rng.standard_normal((5, 6, size))
+    first = rng.integers(0, 80 - size + 1, count)
+    energy, found = np.empty(count), np.empty((count, 5, 3))
+    project(sounds, first, basis, energy, found)
+    for y, at, own, of in zip(sounds, first, energy, found, strict=True):
+        part = y[at : at + size]
+        assert own == pytest.approx(part @ part, rel=1e-13)
+        products = basis @ part
+        np.testing.assert_allclose(of[:, 0], np.sum(products[:, :-2] ** 2, axis=1), rtol=1e-12)
+        np.testing.assert_allclose(of[:, 1:], products[:, -2:], rtol=0.0, atol=1e-13)
+        assert of[2, 1] == product(y, at, basis[2, 4])  # side by side or alone, the same bits
 
 
 def test_twin_of_the_probability_of_a_shift():

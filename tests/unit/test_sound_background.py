@@ -53,7 +53,9 @@ def test_noise_power_is_unbiased(rate):
     power = Spectrum(bands).powers(x, 4 * hop, 8 * 3980)
     means = np.empty((len(power), 3980))
     group_means(power, np.ones(power.shape[1], np.bool_), 8, means)
-    noise = noise_power(means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(bands, 8)))
+    noise = noise_power(
+        means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(rate, hop, 8))
+    )
     # The lowest bands also hold what is left of the mean.
     ratio = noise[4:] / bands.gain[4:]
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.02)

@@ -10,7 +10,7 @@ from benchmarks.recordings import score
 from benchmarks.sound_timing import pink
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._band_kernels import band_growth
-from impactsig.detect.sound._nearby import number_as_high
+from impactsig.detect.sound._nearby import greatest_within, number_as_high, ranked
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050
@@ -125,12 +125,34 @@ def test_what_goes_on_to_rise_is_measured():
     rng = np.random.default_rng(0)
     power = rng.exponential(1.0, (7, 40)) * rng.choice([1.0, 30.0], (7, 40))
     background, frames, out = rng.uniform(0.1, 1.0, (7, 4)), np.array([0, 5, 11, 30]), np.empty(4)
-    band_growth(power, 2, 3, background, 10, frames, out)
+    earlier, now, following = (np.ascontiguousarray(p) for p in np.split(power, [2, 34], axis=1))
+    band_growth(earlier, now, following, 3, background, 10, frames, out)
     for k, i in enumerate(frames):
         base = np.maximum(power[:, i], 2.0 * background[:, i // 10])
         rise = np.maximum(np.log(power[:, i + 2] / base), 0.0)
         grown = np.log(np.maximum(power[:, i + 5], base) / power[:, i + 2])
         np.testing.assert_allclose(out[k], np.average(grown, weights=rise), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [float, np.float32])
+def test_ranked_values_are_those_of_sorted_windows(kind):
+    rng = np.random.default_rng(5)
+    values = rng.integers(0, 12, 90).astype(kind)  # many are equal
+    first = np.sort(rng.integers(0, 91, 200))
+    last = np.maximum.accumulate(np.minimum(first + rng.integers(0, 30, 200), 90))
+    rank = rng.integers(-2, 32, 200)
+    found = ranked(values, first, last, rank)
+    assert found.dtype == kind
+    for a, b, r, one in zip(first, last, rank, found, strict=True):
+        assert one == (np.sort(values[a:b])[r] if 0 <= r < b - a else 0.0)
+    assert ranked(values[:0], first[:1] * 0, first[:1] * 0, rank[:1] * 0) == [0.0]
+
+
+def test_the_greatest_within_reach_is_that_of_padded_values():
+    values = np.random.default_rng(6).standard_normal(40)
+    for reach in (1, 2, 4, 50):
+        slow = [values[max(k - reach, 0) : k + reach + 1].max() for k in range(40)]
+        np.testing.assert_array_equal(greatest_within(values, reach), slow)
 
 
 def test_others_as_high_are_counted():

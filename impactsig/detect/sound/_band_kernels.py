@@ -13,8 +13,10 @@ FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bound
 
 
 @njit(nogil=True, error_model="numpy")
-def band_rise(power, lag, begin, background, freedom, per, out):
-    """Rise of frame begin + i above `lag` frames before it, over the narrow bands.
+def band_rise(earlier, power, background, freedom, per, out):
+    """Rise of each frame above as many frames before it as `earlier` has, over the narrow bands.
+
+    `earlier` are the powers before the first frame.
 
     out[0, i]: the mean over the bands of max(0, ln(max(P_b, F_b) / max(Q_b, F_b))) with F_b twice
     the background, Q_b the greatest of the bands b - 1, b, b + 1 before.
@@ -24,59 +26,86 @@ def band_rise(power, lag, begin, background, freedom, per, out):
 
     `background` has a column for `per` frames.
     """
-    bands, count = power.shape[0], out.shape[1]
+    bands, count = power.shape
+    frames = np.uint64(count)  # unsigned: what may count from the end is no loop of vector lanes
     total, greatest = out
     out[:] = 0.0
     ratio, bound = np.empty(count), np.empty(count)
-    level, rise = np.empty(count), np.ones(count)
+    level, rise = np.empty(background.shape[1] * per), np.ones(count)
+    before = np.empty((3, count))  # powers then, of three bands
+    put_before(earlier[0], power[0], before[0])
     for b in range(bands):
-        now, then = power[b, begin : begin + count], power[b, begin - lag : begin - lag + count]
-        lower = power[max(b - 1, 0), begin - lag : begin - lag + count]
-        upper = power[min(b + 1, bands - 1), begin - lag : begin - lag + count]
+        if b + 1 < bands:
+            put_before(earlier[b + 1], power[b + 1], before[(b + 1) % 3])
+        now, then = power[b], before[b % 3]
+        lower, upper = before[max(b - 1, 0) % 3], before[min(b + 1, bands - 1) % 3]
         half = 0.5 * freedom[b]
+        at = 0
         for group in range(background.shape[1]):
-            level[group * per : (group + 1) * per] = background[b, group]
+            noise = background[b, group]
+            for k in range(per):
+                level[at + k] = noise
+            at += per
         # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
-        for i in range(count):
-            noise, before = level[i], then[i]
-            base = 0.5 * before if 0.5 * before > noise else noise
+        for i in range(frames):
+            noise, past = level[i], then[i]
+            half_past = 0.5 * past
+            base = half_past if half_past > noise else noise
             x = now[i] / base if now[i] > base else 1.0
             ratio[i] = x
-            bound[i] = half * (x - 1.0) * (x - 1.0) / (x + 1.0)
+            bound[i] = half * (x - 1.0) * (x - 1.0)
             noise *= TIMES_BACKGROUND
-            before = before if before > noise else noise
-            before = before if before > lower[i] else lower[i]
-            before = before if before > upper[i] else upper[i]
-            rise[i] *= now[i] / before if now[i] > before > 0.0 else 1.0
-        for i in range(count):
-            if bound[i] > ALMOST * greatest[i]:
+            past = past if past > noise else noise
+            past = past if past > lower[i] else lower[i]
+            past = past if past > upper[i] else upper[i]
+            risen = now[i] / past
+            rise[i] *= risen if risen > 1.0 and past > 0.0 else 1.0
+        for i in range(frames):
+            if bound[i] > ALMOST * greatest[i] * (ratio[i] + 1.0):
                 greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
         if (b + 1) % FACTORS == 0 or b == bands - 1:
-            for i in range(count):
+            for i in range(frames):
                 if rise[i] > 1.0:
                     total[i] += np.log(rise[i])
             rise[:] = 1.0
     total /= bands
 
 
+@njit(nogil=True)
+def put_before(earlier, power, out):
+    """Powers as many frames before each as `earlier` has."""
+    lag = np.uint64(min(len(earlier), len(out)))
+    for i in range(lag):
+        out[i] = earlier[i]
+    for i in range(lag, np.uint64(len(out))):
+        out[i] = power[i - lag]
+
+
 @njit(nogil=True, error_model="numpy")
-def band_growth(power, lag, later, background, per, frames, out):
+def band_growth(earlier, power, following, later, background, per, frames, out):
     """out[k]: by how much the bands that rise at frames[k] have grown `later` frames after it.
 
-    The mean over the bands of ln(P_b later / P_b), weighted by their rise over `lag` frames before,
-    ln(P_b / max(Q_b, F_b)) where that is positive; F_b is twice the background.
+    The mean over the bands of ln(P_b later / P_b), weighted by their rise over what was as many
+    frames before as `earlier` has, ln(P_b / max(Q_b, F_b)) where that is positive; F_b is twice the
+    background. `earlier` and `following` are the powers beside those of the frames.
     """
-    for k in range(len(frames)):
-        i = frames[k]
-        risen = grown = 0.0
-        for b in range(power.shape[0]):
-            now = power[b, lag + i]
-            base = max(power[b, i], TIMES_BACKGROUND * background[b, i // per])
+    lag, count = earlier.shape[1], power.shape[1]
+    risen = np.zeros(len(frames))
+    out[:] = 0.0
+    for b in range(power.shape[0]):
+        for k in range(len(frames)):
+            i = frames[k]
+            now = power[b, i]
+            then = earlier[b, i] if i < lag else power[b, i - lag]
+            base = max(then, TIMES_BACKGROUND * background[b, i // per])
             if now > base > 0.0:
+                j = i + later
+                ahead = power[b, j] if j < count else following[b, j - count]
                 rise = np.log(now / base)
-                risen += rise
-                grown += rise * np.log(max(power[b, lag + i + later], base) / now)
-        out[k] = grown / risen if risen > 0.0 else 0.0
+                risen[k] += rise
+                out[k] += rise * np.log(max(ahead, base) / now)
+    for k in range(len(frames)):
+        out[k] = out[k] / risen[k] if risen[k] > 0.0 else 0.0
 
 
 @njit(nogil=True)

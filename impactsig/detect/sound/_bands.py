@@ -12,12 +12,11 @@ Transforms are taken in single precision, the samples scaled by a power of 2
 from __future__ import annotations
 
 import functools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ._spectrum_kernels import LANES, add_powers, order_after, radices_of, turns
+from ._spectrum_kernels import LANES, add_powers, order_after, radices_of, to_single, turns
 
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
@@ -70,12 +69,14 @@ def bands_at(rate: float, hop: int) -> Bands:
     return Bands(hop, window.astype(np.float32), first, width, weights, gain, transform)
 
 
-def degrees_of_freedom(bands: Bands, frames: int) -> np.ndarray:
+@functools.lru_cache(maxsize=16)
+def degrees_of_freedom(rate: float, hop: int, frames: int) -> np.ndarray:
     """Effective degrees of freedom of the mean power of `frames` frames of white noise.
 
     2 mean^2 / variance, with the covariance |sum_n w[n] w[n + s] exp(2 pi i d n / N)|^2 of the
     squared coefficients that are d apart, in windows that are s samples apart.
     """
+    bands = bands_at(rate, hop)
     size, widest = len(bands.window), bands.width.max()
     window = bands.window.astype(float)
     together = np.zeros(widest)
@@ -111,15 +112,11 @@ class Spectrum:
         size = len(bands.window)
         begin = left - size // 2
         used = x[begin : begin + (frames - 1) * bands.hop + size]
-        greatest = max(abs(float(used.min())), abs(float(used.max())))
-        scale = math.ldexp(1.0, max(math.frexp(greatest)[1], FAINTEST)) if greatest else 0.0
         whole = (-(-frames // LANES) * LANES - 1) * bands.hop + size
         if len(self._single) < whole:
             self._single = np.empty(whole, np.float32)
         single = self._single[:whole]
-        single[len(used) if scale else 0 :] = 0.0
-        if scale:
-            np.multiply(used, 1.0 / scale, out=single[: len(used)], casting="same_kind")
+        scale = to_single(used, FAINTEST, single)
         power = np.empty((len(bands.first), frames))
         add_powers(
             single, bands.hop, bands.window, *bands.transform, self._rows, self._square,

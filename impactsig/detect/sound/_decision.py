@@ -53,7 +53,6 @@ whole record adds to them is in `_calibrated.py`.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +65,7 @@ from ._nearby import (
     greatest_within,
     heard_share,
     local_mean,
+    ranked,
     separate_crests,
 )
 from ._survey import SAMPLED, Passage
@@ -77,7 +77,6 @@ APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
 SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of C in noise
 RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
-TOGETHER = 256  # blocks whose quantiles are taken at once
 RATTLE_WITHIN = 1.0  # [s]
 ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
 FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
@@ -255,19 +254,25 @@ def likeliest_onset(
     Crests from `first` to before `last` are as likely as they are high, and as a normal
     distribution about `near`; no crest is as likely as one of LEAST_OCTAVES there.
     """
-    which, off = np.full(len(near), -1), np.full(len(near), SPREAD)
-    for k in range(len(near)):
-        at = first[k] + np.flatnonzero(crests.height[first[k] : last[k]] >= audible)
-        if not len(at):
-            continue
+    most, best = np.zeros(len(near)), np.full(len(near), -1)
+    beside = []
+    for k in range(int((last - first).max(initial=0))):
+        at = np.minimum(first + k, len(crests.place) - 1)
+        counts = (first + k < last) & (crests.height[at] >= audible)
         place = seconds * crests.place[at]
-        away = (place - seconds * near[k]) / SPREAD
-        likely = crests.height[at] * np.exp(-0.5 * away**2)
-        best = int(np.argmax(likely))
-        if likely[best] < LEAST_OCTAVES * audible:
-            continue
-        which[k] = at[best]
-        off[k] = math.sqrt(np.sum(likely * (place - place[best]) ** 2) / np.sum(likely))
+        away = (place - seconds * near) / SPREAD
+        likely = np.where(counts, crests.height[at] * np.exp(-0.5 * away**2), 0.0)
+        best = np.where(likely > most, at, best)
+        most = np.maximum(likely, most)
+        beside.append((likely, place))
+    which = np.where(most >= LEAST_OCTAVES * audible, best, -1)
+    off, middle = np.full(len(near), SPREAD), seconds * np.append(crests.place, 0)[which]
+    squares, total = np.zeros(len(near)), np.zeros(len(near))
+    for likely, place in beside:
+        squares += likely * (place - middle) ** 2
+        total += likely
+    clear = which >= 0
+    off[clear] = np.sqrt(squares[clear] / total[clear])
     return which, off
 
 
@@ -326,30 +331,19 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
 
     Digital silence is left out: it says nothing of how the rest rattles.
     """
-    heard = np.where(silent, np.inf, rise)
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
     blocks, which = np.unique(place // BLOCK, return_inverse=True)
     first = per * np.maximum(blocks - reach, 0)
-    length = np.minimum(per * (blocks + reach + 1), len(rise)) - first
-    most = np.empty(len(blocks))
+    last = np.minimum(per * (blocks + reach + 1), len(rise))
+    if silent.any():
+        heard = np.append(0, np.cumsum(~silent))
+        rise, first, last = rise[~silent], heard[first], heard[last]
+    ranks = np.outer(last - first, list(RATTLE)).astype(int)
+    each = ranks.shape[1]
+    quantiles = ranked(rise, np.repeat(first, each), np.repeat(last, each), ranks.ravel())
     times = np.array(list(RATTLE.values()), rise.dtype)
-    for size in np.unique(length):  # one, but at both ends
-        order = [int(share * size) for share in RATTLE]
-        around = np.lib.stride_tricks.sliding_window_view(heard, size)
-        alike = np.flatnonzero(length == size)
-        for some in np.array_split(alike, -(-len(alike) // TOGETHER)):
-            rises = around[first[some]]
-            if silent.any():
-                rises.sort(axis=1)
-                count = np.isfinite(rises).sum(axis=1)
-                ranks = np.stack([(share * count).astype(int) for share in RATTLE], axis=1)
-                quantiles = np.take_along_axis(rises, ranks, axis=1)
-                quantiles[count == 0] = 0.0
-            else:
-                quantiles = np.partition(rises, order, axis=1)[:, order]
-            most[some] = np.max(times * quantiles, axis=1)
-    return most[which]
+    return np.asarray(np.max(times * quantiles.reshape(-1, each), axis=1)[which], float)
 
 
 def odds_among(

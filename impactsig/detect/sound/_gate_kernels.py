@@ -121,11 +121,11 @@ def hold_bands(power, share, closes, held):
 
     That is the power over the share where the gate closes.
     """
-    for g in range(power.shape[1]):
-        rest = 1.0 - share[g]
-        if rest == 0.0:
-            continue
-        for b in range(power.shape[0]):
+    for b in range(power.shape[0]):
+        for g in range(power.shape[1]):
+            rest = 1.0 - share[g]
+            if rest == 0.0:
+                continue
             if closes[g] and share[g] >= LEAST_HEARD:
                 held[b] = power[b, g] / share[g]
             power[b, g] += rest * held[b]

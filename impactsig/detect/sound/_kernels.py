@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import njit
-from ..signal.order_kernels import select
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -23,6 +22,8 @@ ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what i
 MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
+_NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
+SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
 TOGETHER = 512  # frames whose sums stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
@@ -56,12 +57,7 @@ def octave_powers(x, octaves, even, odd, high, power):
     count = len(x) // 2
     halve(x, high[:count], even[:count])
     for b in range(octaves):
-        per = count // frames
-        for j in range(frames):
-            total = 0.0
-            for i in range(j * per, (j + 1) * per):
-                total += high[i] * high[i]
-            power[b, j] = total / per
+        mean_squares(high, count // frames, power[b])
         if b == octaves - 1:
             break
         count //= 2
@@ -69,18 +65,74 @@ def octave_powers(x, octaves, even, odd, high, power):
         even, odd = odd, even
 
 
+@njit(nogil=True, error_model="numpy")
+def mean_squares(values, per, out):
+    """Means of the squares of each `per` values, added in sequence.
+
+    A few usual numbers are written out, so that they run in vector lanes.
+    """
+    v = values
+    if per == 2:
+        for j in range(_NONE, np.uint64(len(out))):
+            i = _TWO * j
+            out[j] = (v[i] * v[i] + v[i + _ONE] * v[i + _ONE]) / per
+    elif per == 4:
+        for j in range(_NONE, np.uint64(len(out))):
+            i = _FOUR * j
+            k = i + _TWO
+            first = v[i] * v[i] + v[i + _ONE] * v[i + _ONE]
+            out[j] = (first + v[k] * v[k] + v[k + _ONE] * v[k + _ONE]) / per
+    else:
+        for j in range(len(out)):
+            total = 0.0
+            for i in range(j * per, (j + 1) * per):
+                total += v[i] * v[i]
+            out[j] = total / per
+
+
+@njit(nogil=True)
+def part_means(power, first, groups, per, real, parts, counted, silent):
+    """Mean powers of `per` frames each, in so many GROUPs from frame `first` on.
+
+    silent[g]: whether all power of GROUP g - 2 is 0, two before and two after them included;
+    counted[i]: whether the frames of part i lie between those of `real` and no silence touches
+    them. `per` is 8.
+    """
+    octaves, each = power.shape[0], GROUP // per
+    for g in range(groups + 4):
+        at = first + (g - 2) * GROUP
+        silent[g] = real[0] <= at and at + GROUP <= real[1]
+        for b in range(octaves):
+            if silent[g]:
+                for j in range(at, at + GROUP):
+                    if power[b, j] != 0.0:
+                        silent[g] = False
+                        break
+    for b in range(octaves):
+        for i in range(groups * each):
+            p = power[b, first + i * per : first + (i + 1) * per]
+            total = ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]))
+            parts[b, i] = total / per
+    for i in range(groups * each):
+        g, at = 2 + i // each, first + i * per
+        counted[i] = real[0] <= at and at + per <= real[1]
+        counted[i] &= not (silent[g - 1] or silent[g] or silent[g + 1])
+
+
 @njit(nogil=True)
 def halve(x, high, low):
-    """Haar details and sums of pairs of samples."""
-    count = len(high)
-    pairs = x[: 2 * count].reshape(count, 2)
-    for i in range(count - 1):
-        high[i] = pairs[i, 1] - 0.5 * (pairs[i, 0] + pairs[i + 1, 0])
-    high[count - 1] = 0.0
-    low[0] = pairs[0, 0]
-    pairs, after, low = pairs[1:], high[1:], low[1:]
-    for i in range(count - 1):
-        low[i] = pairs[i, 0] + 0.25 * (high[i] + after[i])
+    """Haar details and sums of pairs of samples.
+
+    Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
+    """
+    count = np.uint64(len(high))
+    for i in range(_NONE, count - _ONE):
+        j = _TWO * i
+        high[i] = x[j + _ONE] - 0.5 * (x[j] + x[j + _TWO])
+    high[count - _ONE] = 0.0
+    low[0] = x[0]
+    for i in range(_ONE, count):
+        low[i] = x[_TWO * i] + 0.25 * (high[i - _ONE] + high[i])
 
 
 @njit(nogil=True)
@@ -145,8 +197,17 @@ def loudness(after, background, weights, frames, out):
 @njit(nogil=True)
 def least_step(x):
     """Least nonzero difference of successive samples; infinite if hardly any differ."""
-    least, changes = np.inf, 0
-    for i in range(1, len(x)):
+    changes, done = 0, 1
+    leasts = np.full(SIDE_BY_SIDE, np.inf)
+    for i in range(1, len(x) - SIDE_BY_SIDE + 1, SIDE_BY_SIDE):
+        now, before = x[i : i + SIDE_BY_SIDE], x[i - 1 : i - 1 + SIDE_BY_SIDE]
+        for k in range(SIDE_BY_SIDE):
+            step = abs(now[k] - before[k])
+            changes += step > 0.0
+            leasts[k] = step if 0.0 < step < leasts[k] else leasts[k]
+        done = i + SIDE_BY_SIDE
+    least = leasts.min()
+    for i in range(done, len(x)):
         step = abs(x[i] - x[i - 1])
         if step > 0.0:
             changes += 1
@@ -186,14 +247,44 @@ def greatest_between(values, first, last, out):
 
 
 @njit(nogil=True)
-def greatest_but(values, first, last, rank, out):
-    """out[k]: the rank[k]-th greatest of values[first[k] : last[k]]; 0 if there are fewer."""
+def ranked_between(order, first, last, rank, tree, out):
+    """out[k]: index of the rank[k]-th least of the values first[k] to last[k]; -1 if there is none.
+
+    `order` sorts all values. Neither `first` nor `last` falls. `tree`, zeros, one more than there
+    are values, counts those in the window by their place in the order (a binary indexed tree).
+    """
+    count, begin, end = len(order), 0, 0
+    place = np.empty(count, np.int64)
+    for r in range(count):
+        place[order[r]] = r
+    top = 1
+    while 2 * top <= count:
+        top *= 2
     for k in range(len(out)):
-        count = last[k] - first[k]
-        out[k] = 0.0
-        if count >= rank[k]:
-            mixed = values[first[k] : last[k]].copy()
-            out[k] = select(mixed, 0, count - 1, count - rank[k])
+        while end < last[k]:
+            add_count(tree, place[end], 1)
+            end += 1
+        while begin < min(first[k], end):
+            add_count(tree, place[begin], -1)
+            begin += 1
+        out[k] = -1
+        if 0 <= rank[k] < end - begin:
+            left, at, step = rank[k], 0, top
+            while step > 0:
+                if at + step <= count and tree[at + step] <= left:
+                    at += step
+                    left -= tree[at]
+                step //= 2
+            out[k] = order[at]
+
+
+@njit(nogil=True)
+def add_count(tree, place, one):
+    """Count a value more or less at this place."""
+    k = place + 1
+    while k < len(tree):
+        tree[k] += one
+        k += k & -k
 
 
 @njit(nogil=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP, as_high_near, greatest_but
+from ._kernels import GROUP, as_high_near, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 
@@ -33,10 +33,19 @@ def crowd(
     """
     reach = within / seconds
     first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
-    found = np.empty(len(first))
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
-    greatest_but(height, first, last, np.maximum(rank, 1), found)
-    return found
+    return ranked(height, first, last, last - first - np.maximum(rank, 1))
+
+
+def ranked(values: np.ndarray, first: np.ndarray, last: np.ndarray, rank: np.ndarray) -> np.ndarray:
+    """The rank[k]-th least of values[first[k] : last[k]], counted from 0; 0 if there is none.
+
+    Neither `first` nor `last` falls.
+    """
+    found = np.empty(len(first), np.int64)
+    tree = np.zeros(len(values) + 1, np.int32)
+    ranked_between(np.argsort(values), first, last, rank, tree, found)
+    return np.append(values, values.dtype.type(0))[found]
 
 
 def number_as_high(
@@ -69,9 +78,13 @@ def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
 
 def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
     """The greatest of each value and of those at most `reach` away."""
-    from scipy import ndimage
-
-    return ndimage.maximum_filter1d(values, 2 * reach + 1, mode="nearest")
+    padded = np.pad(values, reach, mode="edge")
+    size = 1  # of what the greatest is known of
+    while 2 * size <= 2 * reach + 1:
+        padded = np.maximum(padded[:-size], padded[size:])
+        size *= 2
+    rest = 2 * reach + 1 - size
+    return np.maximum(padded[: len(padded) - rest], padded[rest:]) if rest else padded
 
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:

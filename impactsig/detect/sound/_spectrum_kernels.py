@@ -15,11 +15,13 @@ out of vector lanes.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..._compiled import njit
 
-LANES = 32
+LANES = 64
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
 _NONE, _TWO, _THREE, _FOUR = np.uint64(0), np.uint64(2), np.uint64(3), np.uint64(4)
 _HALF = np.float32(0.5)
@@ -53,6 +55,31 @@ def turns(count: int, of: int) -> np.ndarray:
     """Cosines and sines of -2 pi k / of, k < count."""
     angle = -2.0 * np.pi * np.arange(count) / of
     return np.stack((np.cos(angle), np.sin(angle))).astype(np.float32)
+
+
+@njit(nogil=True, error_model="numpy")
+def to_single(x, faintest, out):
+    """Samples over a power of 2 above all of them, in single precision, then zeros.
+
+    That power is returned, 0 if all samples are 0; its exponent is at least `faintest`.
+    """
+    count, whole = np.uint64(len(x)), np.uint64(len(x) // LANES * LANES)
+    most = np.zeros(LANES)
+    for at in range(_NONE, whole, _LANES):
+        for k in range(_NONE, _LANES):
+            size = abs(np.float64(x[at + k]))
+            most[k] = size if size > most[k] else most[k]
+    greatest = most.max()
+    for i in range(whole, count):
+        greatest = max(greatest, abs(np.float64(x[i])))
+    out[:] = np.float32(0.0)
+    if greatest == 0.0:
+        return 0.0
+    scale = math.ldexp(1.0, max(math.frexp(greatest)[1], faintest))
+    share = 1.0 / scale
+    for i in range(count):
+        out[i] = np.float32(x[i] * share)
+    return scale
 
 
 @njit(nogil=True, error_model="numpy")

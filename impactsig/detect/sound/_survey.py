@@ -7,6 +7,7 @@ read from both sides. What is kept of the whole record is small: a rise in narro
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -27,6 +28,7 @@ from ._kernels import (
     loudness,
     octave_powers,
     octave_rise,
+    part_means,
 )
 from ._windows import Window
 
@@ -138,8 +140,8 @@ class Survey:
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
-        self.mean_bias = quantile_bias(degrees_of_freedom(self.bands, PER))
-        self.frame_freedom = degrees_of_freedom(self.bands, 1)
+        self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, hop, PER))
+        self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
     def add(self, window: Window, greatest: float) -> None:
@@ -170,33 +172,21 @@ class Survey:
         if window.first == 0:
             self.gate.begin()
         x, continued = self.gate.octaves(x, power, real, count)
-        # From two GROUPs before the first of the core to two after its last.
-        begin = left - 2 * GROUP + PART * np.arange(GROUP // PART * (groups + 4))
-        reach = slice(begin[0], begin[-1] + PART)
-        parts = power[:, reach].reshape(scale.octaves, -1, PART)
-        while parts.shape[2] > 1:  # faster than a mean of so few
-            parts = parts[:, :, ::2] + parts[:, :, 1::2]
-        parts = parts[:, :, 0] / PART
-        whole = (begin >= real[0]) & (begin + PART <= real[1])
-        silent = (whole & (parts == 0.0).all(axis=0)).reshape(-1, GROUP // PART).all(axis=1)
-        touched = silent.copy()
-        touched[1:] |= silent[:-1]
-        touched[:-1] |= silent[1:]
-        counted = whole & ~np.repeat(touched, GROUP // PART)
-        core_parts = slice(2 * GROUP // PART, (groups + 2) * GROUP // PART)
-        inner = slice(2, groups + 2)
+        blocks = -(-groups // PER)
+        parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
+        counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
+        part_means(power, left, groups, PART, real, parts, counted, silent)
         fine = self.spectrum.powers(x, left * hop, groups)
         half = len(self.bands.window) // 2
         centre = left * hop + GROUP * hop * np.arange(groups)
         known = (centre - half >= valid[0]) & (centre + half <= valid[1])
         heard = known.copy()
-        for g in range(-2, 2):
+        for g in range(-2, 2) if silent.any() else ():
             heard &= ~silent[2 + g : groups + 2 + g]
-        means = np.empty((len(fine), -(-groups // PER)))
+        means = np.empty((len(fine), blocks))
         group_means(fine, heard, PER, means)
-        sounding = whole_blocks(heard[None], PER)[0].reshape(-1, PER).any(axis=1)
-        parts = whole_blocks(parts[:, core_parts], BLOCK // PART)
-        levels = np.empty((len(parts), means.shape[1]))
+        sounding = np.logical_or.reduceat(heard, PER * np.arange(blocks))
+        levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
         resolution = 0.0
         if np.issubdtype(core.dtype, np.floating):
@@ -212,13 +202,13 @@ class Survey:
             left,
             count,
             parts,
-            whole_blocks(counted[None, core_parts], BLOCK // PART)[0],
+            counted,
             levels,
             *self.gate.narrow(fine, left * hop),
             known,
             means,
             sounding,
-            silent[inner],
+            silent[2 : groups + 2],
             greatest,
             resolution,
             least_step(core),
@@ -255,39 +245,36 @@ class Survey:
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
         self._keep_crests(passage, rise, slab, octaves)
-        power = np.concatenate((self.carried, slab.power), axis=1)
         finer = np.empty((2, slab.power.shape[1]))
-        band_rise(power, self.lag, self.lag, bands, self.frame_freedom, PER, finer)
+        band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
         finer[:, slab.closes | ~slab.known] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
-        passage.growth.append(self._growth(slab, power, bands, finer))
+        passage.growth.append(self._growth(slab, bands, finer))
         passage.known.append(slab.known)
-        self.carried = power[:, -self.lag :]
+        self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer
         self.done += 1
         if begin:
             del self.slabs[:begin]
             self.done -= begin
 
-    def _growth(
-        self, slab: Slab, power: np.ndarray, background: np.ndarray, finer: np.ndarray
-    ) -> np.ndarray:
+    def _growth(self, slab: Slab, background: np.ndarray, finer: np.ndarray) -> np.ndarray:
         """How narrow bands go on to rise, where they do or one does; 0 elsewhere."""
         out = np.zeros(finer.shape[1])
         frames = np.flatnonzero((finer[0] > RISEN) | (finer[1] > LIKELY))
         if not len(frames):
             return out
-        parts = [power]
+        parts = [slab.power[:, :0]]
         for following in () if slab.last else self.slabs[self.done + 1 :]:
             parts.append(following.power[:, : self.later])
-            if following.last or sum(part.shape[1] for part in parts[1:]) >= self.later:
+            if following.last or sum(part.shape[1] for part in parts) >= self.later:
                 break
-        parts.append(np.repeat(parts[-1][:, -1:], self.later, axis=1))  # where the segment ends
-        grown = np.empty(len(frames))
-        power = np.concatenate(parts, axis=1)
-        band_growth(power, self.lag, self.later, background, PER, frames, grown)
+        ends = parts[-1] if len(parts) > 1 else slab.power
+        parts.append(np.repeat(ends[:, -1:], self.later, axis=1))  # where the segment ends
+        grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
+        band_growth(self.carried, slab.power, after, self.later, background, PER, frames, grown)
         out[frames] = grown
         return out
 
@@ -360,14 +347,7 @@ def middle(values: np.ndarray) -> float:
     return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
 
 
-def whole_blocks(values: np.ndarray, per: int) -> np.ndarray:
-    """Values padded with zeros to whole blocks of `per`."""
-    missing = -values.shape[1] % per
-    if not missing:
-        return values
-    return np.concatenate((values, np.zeros((len(values), missing), values.dtype)), axis=1)
-
-
+@functools.lru_cache(maxsize=8)
 def white_gains(scale: Scale) -> np.ndarray:
     """Power of each octave for white noise of power 1."""
     half = EDGE * scale.hop

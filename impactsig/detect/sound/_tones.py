@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._nearby import ranked
+
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
 OFFSET = 12.1
 LEAST_MEDIAN, LEAST_LOUD = 5.0, 0.15
@@ -30,7 +32,6 @@ SWELLING, PER_CREST, MOST_CRESTS = 10.0, 2.0, 5.0  # G that few noises reach; mo
 LATER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
 GROWS_ON = 0.6  # [neper], more than bands of an impact go on to rise by
 BEFORE, SPREAD = 1.6e-3, 2e-3  # [s], of the impact before the crest of G
-TOGETHER = 256  # crests whose medians are taken at once
 
 
 def tone_odds(
@@ -54,12 +55,10 @@ def tone_odds(
     swells = PER_CREST * np.minimum(0.5 * (high - low), MOST_CRESTS)
     size = min(2 * reach + 1, len(g))
     first = np.clip(crest - reach, 0, len(g) - size)
-    near_g, near_b = (np.lib.stride_tricks.sliding_window_view(v, size) for v in (g, b))
-    median, loud = np.empty(len(crest)), np.empty(len(crest))
-    for begin in range(0, len(crest), TOGETHER):
-        some = slice(begin, begin + TOGETHER)
-        median[some] = np.partition(near_g[first[some]], size // 2, axis=1)[:, size // 2]
-        loud[some] = near_b[first[some]].max(axis=1)
+    median = ranked(g, first, first + size, np.full(len(crest), size // 2))
+    loud = np.maximum.reduceat(
+        np.append(b, -np.inf), np.stack((first, first + size), axis=1).ravel()
+    )[::2]
     later = g[np.minimum(crest + round(LATER * reach), len(g) - 1)] / g[crest]
     with np.errstate(divide="ignore"):
         odds = ln_g * np.log(g[crest]) + ln_b * np.log(b[crest]) + OFFSET

@@ -20,6 +20,7 @@ SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
 TAPS = 16  # samples on either side that a value between samples is made of
 UNSURE = 1.5  # what noise counts for, of shifts far from each other: its colour is little known
+_NONE = np.uint64(0)
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
@@ -80,26 +81,74 @@ def product(y, first, weighted):
 
 
 @njit(nogil=True)
-def coarse_shift(y, first, reach, stride, weighted):
-    """Shift of at most `reach` with the greatest matched-filter response.
+def add_products(y, begin, apart, step, weights, count, sums):
+    """Set sums[:, i], i < count, to the parts of sum_k weights[k] y[begin + k apart + i step].
+
+    Their sum, (0 + 1) + (2 + 3), is that of `product`. Four terms of a part are added at a time.
+    Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
+    """
+    whole = len(weights) // 4 * 4
+    far, by, end = np.uint64(4 * apart), np.uint64(step), np.uint64(count)
+    for part in range(4):
+        out = sums[part]
+        out[:] = 0.0
+        done = part
+        for k in range(part, whole - 12, 16):
+            w0, w1, w2, w3 = weights[k], weights[k + 4], weights[k + 8], weights[k + 12]
+            a = np.uint64(begin + k * apart)
+            b, c, d = a + far, a + far + far, a + far + far + far
+            for i in range(_NONE, end):
+                j = i * by
+                out[i] = out[i] + w0 * y[a + j] + w1 * y[b + j] + w2 * y[c + j] + w3 * y[d + j]
+            done = k + 16
+        for k in range(done, whole, 4):
+            w0, a = weights[k], np.uint64(begin + k * apart)
+            for i in range(_NONE, end):
+                out[i] += w0 * y[a + i * by]
+    out = sums[0]
+    for k in range(whole, len(weights)):
+        w0, a = weights[k], np.uint64(begin + k * apart)
+        for i in range(_NONE, end):
+            out[i] += w0 * y[a + i * by]
+
+
+@njit(nogil=True)
+def respond(y, first, reach, stride, weighted, sums):
+    """Responses of matched filters at every `stride`-th shift of at most `reach`.
+
+    That of weighted wave `row` at the shift (k - reach // stride) stride is out[k rows + row].
+    `sums` is scratch with room for four parts of each shift.
+    """
+    count, rows = 2 * (reach // stride) + 1, len(weighted)
+    out = np.empty(count * rows)
+    for row in range(rows):
+        add_products(y, first - reach // stride * stride, 1, stride, weighted[row], count, sums)
+        for k in range(count):
+            out[k * rows + row] = (sums[0, k] + sums[1, k]) + (sums[2, k] + sums[3, k])
+    return out
+
+
+@njit(nogil=True)
+def coarse_shift(y, first, reach, stride, weighted, response):
+    """Shift of at most `reach` with the greatest `response` of a matched filter.
 
     Every `stride`-th sample is tried, then all near the best; where that is every one, as many
     shifts a sample as there are weighted waves. This is the likeliest shift. The one at which wave
     and sound correlate best is not: late by a period of a decaying tone, they do as well.
     """
-    at, best = 0.0, -np.inf
     rows = len(weighted)
-    for lag in range(-(reach // stride) * stride, reach + 1, stride):
-        for row in range(rows):
-            response = product(y, first + lag, weighted[row])
-            if response > best:
-                at, best = lag + (row - (rows - 1) // 2) / rows, response
-    if stride > 1:
-        middle = int(at)
-        for lag in range(max(middle - stride + 1, -reach), min(middle + stride, reach + 1)):
-            response = product(y, first + lag, weighted[0])
-            if response > best:
-                at, best = float(lag), response
+    best, greatest = len(response) // 2, -np.inf
+    for k in range(len(response)):
+        if response[k] > greatest:
+            best, greatest = k, response[k]
+    lag = (best // rows - reach // stride) * stride
+    if stride == 1:
+        return lag + (best % rows - (rows - 1) // 2) / rows
+    at = float(lag)
+    for near in range(max(lag - stride + 1, -reach), min(lag + stride, reach + 1)):
+        one = product(y, first + near, weighted[0])
+        if one > greatest:
+            at, greatest = float(near), one
     return at
 
 
@@ -139,26 +188,21 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(nogil=True)
-def likeliest(y, first, far, stride, weighted, power, expected, spread):
+def likeliest(response, far, stride, rows, power, expected, spread):
     """Most probable shift of at most `far`, and the posterior mean square about it.
 
-    The logarithm of the probability of a shift is the square of the response of the matched filter,
-    greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution about
-    the `expected` shift has there, `spread` wide. Its crests more than a sample apart count; a
-    parabola through three responses gives the height of a crest. Shifts are those of
-    `coarse_shift`.
+    The logarithm of the probability of a shift is the square of the `response` of the matched
+    filter, greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution
+    about the `expected` shift has there, `spread` wide. Its crests more than a sample apart count;
+    a parabola through three responses gives the height of a crest. Shifts are those of `respond`,
+    with `rows` waves.
     """
-    rows = len(weighted) if stride == 1 else 1
-    response = np.empty((2 * (far // stride) + 1) * rows)
-    for k in range(len(response)):
-        lag = (k // rows - far // stride) * stride
-        response[k] = max(product(y, first + lag, weighted[k % rows]), 0.0)
-    offset = 0.0 if stride > 1 else (rows - 1) // 2 / rows
+    offset = (rows - 1) // 2 / rows
     most, at = -np.inf, np.nan
     for turn in range(2):
         total = second = 0.0
         for k in range(1, len(response) - 1):
-            a, b, c = response[k - 1], response[k], response[k + 1]
+            a, b, c = max(response[k - 1], 0.0), max(response[k], 0.0), max(response[k + 1], 0.0)
             if b < a or b <= c:
                 continue
             part = 0.5 * (a - c) / (a - 2.0 * b + c)
@@ -200,19 +244,24 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
         moved = shifts[ROWS // 2 + move]
         for k in range(len(moved)):
             weighted[row, k] = taper[k] * moved[k]
+    sums = np.empty((4, 2 * (far // stride) + 1))
     for i in range(len(sounds)):
         y = sounds[i]
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
-            start = coarse_shift(y, first, reach, stride, weighted)
+            response = respond(y, first, reach, stride, weighted, sums)
+            start = coarse_shift(y, first, reach, stride, weighted, response)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         if not (np.isfinite(shift) and left <= clear * own):
-            start = coarse_shift(y, first, far, stride, weighted)
+            response = respond(y, first, far, stride, weighted, sums)
+            start = coarse_shift(y, first, far, stride, weighted, response)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
             power = UNSURE * colour * energy * left / total
             if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
-                start, beyond = likeliest(y, first, far, stride, weighted, power, place, spread)
+                start, beyond = likeliest(
+                    response, far, stride, len(weighted), power, place, spread
+                )
                 if abs(start - shift) > 1.0:
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         noise = 0.0

@@ -12,6 +12,8 @@ itself. `step_modes` gives what a mode that starts at once looks like behind eac
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
@@ -46,9 +48,10 @@ def chebyshev(reach: int = 24) -> np.ndarray:
     return np.asarray(signal.sosfiltfilt(sections, impulse))
 
 
-def responses() -> list[np.ndarray]:
+@functools.cache
+def responses() -> tuple[np.ndarray, ...]:
     """All candidate responses, the most common one first."""
-    return [cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()]
+    return cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()
 
 
 def high_pass(rate: float) -> np.ndarray:

@@ -5,12 +5,13 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from ._edge import PARTS, responses, step_modes
-from ._shared_modes_kernels import add_lagged_products, leave, place, project, weigh
+from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
 
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -27,6 +28,7 @@ FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
+STRANGERS = 8.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
@@ -49,14 +51,13 @@ def shared_exponents(
     width = size // 2
     rows = size - width + 1
     total = np.zeros((width, width))  # its upper half
+    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
+    first = guess[there].astype(int) + skip
+    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
     floor = 0.0
-    for sound, start in zip(sounds, guess, strict=True):
-        if np.isfinite(start) and int(start) + skip + size <= len(sound):
-            ring = sound[int(start) + skip :]
-            energy = float(np.sum(ring[:size] ** 2))
-            if energy > 0.0:
-                add_lagged_products(ring, rows, 1.0 / energy, total)
-                floor += rows * noise / energy
+    if len(there):
+        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
+        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
     # This driver keeps to one thread: those of numpy's spin for longer than it takes.
     value, vectors = linalg.eigh(total, lower=False, driver="evr")
     choices: dict[int, np.ndarray] = {}
@@ -80,99 +81,173 @@ def shared_exponents(
 
 
 @dataclass
+class Projected:
+    """Sounds on the modes of a model: at whole shifts, and at fine ones about an origin."""
+
+    count: int  # of all sounds
+    which: np.ndarray  # of them, that hold all that a fit needs
+    sounds: np.ndarray  # these
+    first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
+    energy: np.ndarray
+    whole: np.ndarray  # (sounds, shifts, 3)
+    begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
+    energy_there: np.ndarray
+    fine: np.ndarray  # (sounds, shifts, 3)
+
+
+@dataclass
 class Model:
     """Modes that start behind a filter, at shifts of 1 / PARTS samples about 0."""
 
     lead: int  # samples of a fit before its origin
-    size: int  # of a fit
     freedom: float  # degrees of it in noise that Q leaves
-    basis: np.ndarray  # (shifts, columns + 2, size), rows of Q' and K'
-    gram: np.ndarray  # (shifts, 3): diagonal of K'K, and what lies beside it
     near: int  # shifts on either side that a fit looks at
+    reach: int  # samples on either side that its origin is looked for in
+    parts: tuple[np.ndarray, np.ndarray]  # results of `step_modes`, from `lead` + `reach` before
     noise: float = 0.0  # power of a sample
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
     evidence: float = -np.inf  # per sound, logarithmic
+
+    @functools.cached_property
+    def whole(self) -> tuple[np.ndarray, np.ndarray]:
+        """Basis and Gram elements at whole samples."""
+        return self._at(PARTS * np.arange(-self.reach, self.reach + 1))
+
+    @functools.cached_property
+    def fine(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same at the shifts that a fit looks at."""
+        return self._at(np.arange(-self.near, self.near + 1))
+
+    def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
+
+        With the diagonal of K'K and what lies beside it, (shifts, 3).
+        """
+        modes, beyond = self.parts
+        size = modes.shape[1] // PARTS - 2 * self.reach
+        index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
+        q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
+        rest = beyond[:, index].transpose(1, 2, 0)
+        rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
+        square = rest.transpose(0, 2, 1) @ rest
+        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
+        basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
+        return np.ascontiguousarray(basis), gram
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
 
         The share is that beyond noise.
         """
-        fits = np.full((len(sounds), 3), np.nan)
-        origin, beyond = self._origins(sounds, guess)
-        there = np.flatnonzero(origin >= 0)
+        return self.fit_projected(self.projected(sounds, guess))
+
+    def projected(self, sounds: np.ndarray, guess: np.ndarray) -> Projected:
+        """Sounds that start near a guess, for any prior and error."""
+        basis, _ = self.whole
+        reach, size = len(basis) // 2, basis.shape[2]
+        known = np.isfinite(guess)
+        first = np.floor(np.where(known, guess, -1e6) + 0.5).astype(np.int64) - self.lead
+        which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
+        sounds, first = sounds[which], first[which]
+        energy, whole = self._projections(sounds, first, basis)
+        fine = np.empty((len(which), 2 * self.near + 1, 3))
+        unknown = np.full(len(which), -1)
+        return Projected(
+            len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
+        )
+
+    def fit_projected(self, held: Projected) -> np.ndarray:
+        """The fit of sounds that are projected on this model."""
+        fits = np.full((held.count, 3), np.nan)
+        there, origin, beyond = self._origins(held)
         if len(there):
-            energy, projections, gram = self._projections(sounds[there], origin[there])
-            out = self._weighed(energy, projections, gram, self.error, self.prior)
-            fits[there, 0] = origin[there] + out[:, 0]
-            fits[there, 1] = np.sqrt(out[:, 1] ** 2 + beyond[there])
-            fits[there, 2] = out[:, 2] - self.freedom * self.noise / energy
+            energy, fine = self._near(held, there, origin)
+            out = self._weighed(energy, fine, self.error, self.prior)
+            which = held.which[there]
+            fits[which, 0] = origin + self.lead + out[:, 0]
+            fits[which, 1] = np.sqrt(out[:, 1] ** 2 + beyond)
+            fits[which, 2] = out[:, 2] - self.freedom * self.noise / energy
         return fits
 
-    def median_left(self, sounds: np.ndarray, guess: np.ndarray) -> float:
+    def median_left(self, held: Projected) -> float:
         """Share of the energy that the model leaves in the median; infinite if it fits none."""
-        left = self.fit(sounds, guess)[:, 2]
-        left = left[np.isfinite(left)]
-        return float(np.median(left)) if len(left) else np.inf
+        there, origin, _ = self._origins(held)
+        if not len(there):
+            return np.inf
+        energy, fine = self._near(held, there, origin)
+        left, floor = np.empty(len(there)), (self.noise, self.error)
+        leave(fine, energy, self.fine[1], floor, self.freedom, self.prior, left)
+        return float(np.median(left - self.freedom * self.noise / energy))
 
-    def learn(self, sounds: np.ndarray, guess: np.ndarray, least: float) -> None:
+    def median_left_at_samples(self, held: Projected) -> float:
+        """About the same, if all start at whole samples, before anything is learned."""
+        some = held.energy > NOTHING * self.noise
+        energy, left = held.energy[some], np.empty(np.count_nonzero(some))
+        floor = self.noise, FIRST_ERROR
+        leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
+        return float(np.median(left - self.freedom * self.noise / energy)) if len(left) else np.inf
+
+    def learn(self, held: Projected, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
         self.evidence = -np.inf
-        origin, _ = self._origins(sounds, guess)
-        there = np.flatnonzero(origin >= 0)
+        there, origin, _ = self._origins(held)
         if len(there) < LEAST:
             return
-        energy, projections, gram = self._projections(sounds[there], origin[there])
+        energy, fine = self._near(held, there, origin)
         left = np.empty(len(energy))
         for impulse in PRIORS:
             prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
             for _ in range(2):
-                leave(projections, energy, gram, (self.noise, error), prior, left)
+                floor = self.noise, error
+                leave(fine, energy, self.fine[1], floor, np.inf, prior, left)
                 beyond = left / self.freedom - self.noise / energy
                 error = max(float(np.median(beyond)), least)
-            out = self._weighed(energy, projections, gram, error, prior)
+            out = self._weighed(energy, fine, error, prior)
             evidence = float(np.mean(out[:, 4]))
             if not evidence > self.evidence:
                 return  # it has one maximum
             self.evidence, self.prior, self.error = evidence, prior, error
 
-    def _origins(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sample nearest to the most probable start of each sound, -1 if it is cut off.
+    def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Those that start somewhere, the sample at which a fit begins, and a variance.
 
-        Beside it what starts that are not near to it add to the variance.
+        It is the one that puts the most probable start at its origin; what starts that are not
+        near to that add to the variance.
         """
-        origin, beyond = np.empty(len(sounds), np.int64), np.empty(len(sounds))
-        whole, near = self._part(len(self.basis) // 2, PARTS), self.near // PARTS
+        basis, gram = self.whole
+        shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
         floor = self.noise, self.error
-        place(sounds, guess, self.lead, whole, near, floor, self.prior, origin, beyond)
-        return origin, beyond
+        place(held.whole, held.energy, gram, self.near // PARTS, floor, self.prior, shift, beyond)
+        there = np.flatnonzero(shift >= 0)
+        return there, (held.first + shift)[there] - len(basis) // 2, beyond[there]
+
+    def _near(
+        self, held: Projected, there: np.ndarray, origin: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Energy and fine projections of some sounds where a fit begins at these samples."""
+        moved = held.begins[there] != origin
+        some = there[moved]
+        if len(some):
+            held.begins[some] = origin[moved]
+            held.energy_there[some], held.fine[some] = self._projections(
+                held.sounds[some], origin[moved], self.fine[0]
+            )
+        return held.energy_there[there], held.fine[there]
 
     def _projections(
-        self, sounds: np.ndarray, origin: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        basis, gram = self._part(self.near, 1)
+        self, sounds: np.ndarray, first: np.ndarray, basis: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         energy, projections = np.empty(len(sounds)), np.empty((len(sounds), len(basis), 3))
-        project(sounds, origin, self.lead, basis, energy, projections)
-        return energy, projections, gram
+        project(sounds, first, basis, energy, projections)
+        return energy, projections
 
     def _weighed(
-        self,
-        energy: np.ndarray,
-        projections: np.ndarray,
-        gram: np.ndarray,
-        error: float,
-        prior: tuple[float, float],
+        self, energy: np.ndarray, fine: np.ndarray, error: float, prior: tuple[float, float]
     ) -> np.ndarray:
-        out = np.empty((len(energy), 5))
-        weigh(projections, energy, gram, 1.0 / PARTS, (self.noise, error), self.freedom, prior, out)
+        out, floor = np.empty((len(energy), 5)), (self.noise, error)
+        weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, prior, out)
         return out
-
-    def _part(self, reach: int, every: int) -> tuple[np.ndarray, np.ndarray]:
-        """Basis and Gram matrices of shifts about 0."""
-        middle = len(self.basis) // 2
-        part = slice(middle - reach // every * every, middle + reach + 1, every)
-        return np.ascontiguousarray(self.basis[part]), np.ascontiguousarray(self.gram[part])
 
 
 def modes_behind(
@@ -188,17 +263,9 @@ def modes_behind(
     """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))
-    modes, beyond = step_modes(exponents, response, taps, -lead - reach, after + reach)
-    shift = np.arange(-PARTS * reach, PARTS * reach + 1)
-    index = PARTS * (np.arange(after + lead) + reach) - shift[:, None]
-    q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
-    rest = beyond[:, index].transpose(1, 2, 0)
-    rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
-    basis = np.ascontiguousarray(np.concatenate((q, rest), axis=2).transpose(0, 2, 1))
-    square = rest.transpose(0, 2, 1) @ rest
-    freedom = max(heard * (lead + after) - q.shape[2], 1.0)
-    gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
-    return Model(lead, lead + after, freedom, basis, gram, round(NEAR * rate * PARTS))
+    parts = step_modes(exponents, response, taps, -lead - reach, after + reach)
+    freedom = max(heard * (lead + after) - len(parts[0]), 1.0)
+    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, parts)
 
 
 def chosen_model(
@@ -217,37 +284,51 @@ def chosen_model(
     the energy that the modes of sounds that share them leave at most.
     """
 
-    def learned(exponents: np.ndarray, response: np.ndarray | None) -> Model:
+    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
         model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
-        model.learn(sounds[few], guess[few], EXACT)
-        return model
+        return model, model.projected(sounds[few], guess[few])
+
+    def learned(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+        model, held = projected(exponents, response)
+        model.learn(held, EXACT)
+        return model, held
 
     choices, folded = shared_exponents(sounds, guess, noise, rate)
     if not choices:
         return None
     first, *others = choices
-    bare = learned(first, None)
-    unfiltered, left = bare.evidence, bare.median_left(sounds[few], guess[few])
     common, *rare = responses()
-    model = learned(first, common)
-    left = min(left, model.median_left(sounds[few], guess[few]))
-    if model.evidence < unfiltered - CERTAIN or left > HOPELESS * unlike:
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, common))
+    both = (model, held), (bare, by_bare)
+    if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
         return None
-    tried = [(model, common), *((learned(first, response), response) for response in rare)]
+    if all(part.median_left(of) > STRANGERS[1] * unlike for part, of in both):
+        return None
+    model.learn(held, EXACT)
+    most = HOPELESS * unlike
+    # Modes that start at once leave as much whatever their prior and error are.
+    if model.median_left(held) > most and bare.median_left(by_bare) > most:
+        return None
+    bare.learn(by_bare, EXACT)
+    unfiltered = bare.evidence
+    if model.evidence < unfiltered - CERTAIN:
+        return None
+    tried = [(model, held, common)]
+    tried += [(*learned(first, response), response) for response in rare]
     tried.sort(key=lambda item: -item[0].evidence)
-    likely = [response for _, response in tried[:LIKELY]]
-    best = tried[0][0]
+    likely = [response for _, _, response in tried[:LIKELY]]
+    best, best_held, _ = tried[0]
     for exponents in others:
-        unfiltered = max(unfiltered, learned(exponents, None).evidence)
+        unfiltered = max(unfiltered, learned(exponents, None)[0].evidence)
     for exponents in (*others, *folded):
         for response in likely:
-            model = learned(exponents, response)
+            model, held = learned(exponents, response)
             if model.evidence > best.evidence:
-                best = model
+                best, best_held = model, held
             elif model.evidence < best.evidence - CERTAIN:
                 break
     if best.evidence <= unfiltered - DOUBT:
         return None
-    best.learn(sounds[few], guess[few], ROUGH)
+    best.learn(best_held, ROUGH)
     return best

@@ -19,12 +19,13 @@ import numpy as np
 
 from ...._compiled import njit
 from .._kernels import innovations
-from ._alike_kernels import UNSURE, product, taps_at
+from ._alike_kernels import UNSURE, add_products, taps_at
 
 NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
+LANES = 32  # sounds that are projected side by side
 NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
 
 
@@ -39,13 +40,33 @@ def high_passed(waves, taps, out):
 def filtered_at(wave, first, taps, out):
     """out[k]: scalar product of the taps with the wave from sample first + k on.
 
-    Tap by tap: the inner loop runs in vector lanes.
+    Four taps at a time: the inner loop runs in vector lanes.
     """
     out[:] = 0.0
-    for n in range(len(taps)):
-        tap, part = taps[n], wave[first + n : first + n + len(out)]
-        for k in range(len(out)):
+    count, whole = len(out), len(taps) // 4 * 4
+    for n in range(0, whole, 4):
+        t0, t1, t2, t3 = taps[n], taps[n + 1], taps[n + 2], taps[n + 3]
+        part = wave[first + n : first + n + count + 3]
+        for k in range(count):
+            out[k] = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
+    for n in range(whole, len(taps)):
+        tap, part = taps[n], wave[first + n : first + n + count]
+        for k in range(count):
             out[k] += tap * part[k]
+
+
+@njit(nogil=True)
+def add_rings(rings, energy, noise, rows, total):
+    """Add the lagged products of all rings that have energy, over it; the noise over it.
+
+    The noise is that of so many rows.
+    """
+    floor = 0.0
+    for i in range(len(rings)):
+        if energy[i] > 0.0:
+            add_lagged_products(rings[i], rows, 1.0 / energy[i], total)
+            floor += rows * noise / energy[i]
+    return floor
 
 
 @njit(nogil=True)
@@ -56,13 +77,19 @@ def add_lagged_products(ring, rows, factor, total):
     sums lose no digits as terms are added that are greater.
     """
     width = len(total)
+    sums, values = np.empty((4, width)), np.empty(width)
+    add_products(ring, 0, 1, 1, ring[width - 1 : width - 1 + rows], width, sums)
     for i in range(width):
-        value = product(ring, i, ring[width - 1 : width - 1 + rows])
-        for back in range(i + 1):
-            a, b = i - back, width - 1 - back
-            if back > 0:
-                value += ring[a] * ring[b] - ring[a + rows] * ring[b + rows]
-            total[a, b] += factor * value
+        values[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
+        total[i, width - 1] += factor * values[i]
+    for back in range(1, width):  # all diagonals side by side
+        b = width - 1 - back
+        comes, goes, value = ring[b], ring[b + rows], values[back:]
+        head, tail = ring[: width - back], ring[rows : rows + width - back]
+        for a in range(width - back):
+            value[a] += head[a] * comes - tail[a] * goes
+        for a in range(width - back):
+            total[a, b] += factor * value[a]
 
 
 @njit(nogil=True)
@@ -122,19 +149,6 @@ def abruptness(wave, split, lag, slope, count):
 
 
 @njit(nogil=True)
-def _project(y, first, basis, out):
-    """Projections of y, from sample `first` on, on the basis."""
-    last = len(basis) - 2
-    power = 0.0
-    for c in range(last):
-        share = product(y, first, basis[c])
-        power += share * share
-    out[0] = power
-    out[1] = product(y, first, basis[last])
-    out[2] = product(y, first, basis[last + 1])
-
-
-@njit(nogil=True)
 def log_probability(projection, gram, energy, error, prior):
     """Log probability L, and the share of the energy that is explained.
 
@@ -152,40 +166,62 @@ def log_probability(projection, gram, energy, error, prior):
 
 
 @njit(nogil=True)
-def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
-    """Most probable whole sample near the guess at which each sound starts.
+def project(sounds, first, basis, energy, projections):
+    """Energy of each sound from sample first[i] on, and its projections on the basis at each shift.
 
-    -1 where the sound does not hold all that a fit from there needs, or is nothing beside noise.
-    beyond[i]: what starts more than `near` samples away from there add to the variance. `lead` is
-    how many samples of a fit lie before its origin, `grid` the basis and Gram elements at shifts of
-    whole samples, `floor` the noise of a sample and the part of s that the model's errors make.
+    A projection is the power in all but the last two rows of a basis, and the products with these.
+    LANES sounds are projected side by side, each in a lane of the processor's vectors.
     """
-    basis, gram = grid
-    reach, size = len(basis) // 2, basis.shape[2]
-    projection, value = np.empty(3), np.empty(len(basis))
-    for i in range(len(sounds)):
-        origin[i], beyond[i] = -1, 0.0
-        if not np.isfinite(guess[i]):
+    shifts, rows, size = basis.shape
+    block, sums = np.empty(size * LANES), np.empty((4, LANES))
+    power, share = np.empty(LANES), np.empty(LANES)
+    for at in range(0, len(sounds), LANES):
+        count = min(LANES, len(sounds) - at)
+        for i in range(count):
+            total = 0.0
+            for k in range(size):
+                value = sounds[at + i, first[at + i] + k]
+                block[k * LANES + i] = value
+                total += value * value
+            energy[at + i] = total
+        for j in range(shifts):
+            power[:] = 0.0
+            for c in range(rows):
+                add_products(block, 0, LANES, 1, basis[j, c], count, sums)
+                for i in range(count):
+                    share[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
+                if c < rows - 2:
+                    for i in range(count):
+                        power[i] += share[i] * share[i]
+                else:
+                    for i in range(count):
+                        projections[at + i, j, c - rows + 3] = share[i]
+            for i in range(count):
+                projections[at + i, j, 0] = power[i]
+
+
+@njit(nogil=True)
+def place(projections, energy, grams, near, floor, prior, shift, beyond):
+    """Most probable whole shift at which each sound starts; shifts count from the first.
+
+    -1 where the sound is nothing beside noise. beyond[i]: what starts more than `near` samples away
+    from there add to the variance. `floor`: the noise of a sample and the part of s that the
+    model's errors make.
+    """
+    value = np.empty(len(grams))
+    for i in range(len(energy)):
+        shift[i], beyond[i] = -1, 0.0
+        if energy[i] <= NOTHING * floor[0]:
             continue
-        middle = math.floor(guess[i] + 0.5)
-        first = middle - lead
-        if first - reach < 0 or first + reach + size > sounds.shape[1]:
-            continue
-        energy = 0.0
-        for k in range(first, first + size):
-            energy += sounds[i, k] * sounds[i, k]
-        if energy <= NOTHING * floor[0]:
-            continue
-        error = floor[0] / energy + floor[1]
+        error = floor[0] / energy[i] + floor[1]
         best = 0
-        for j in range(len(basis)):
-            _project(sounds[i], first, basis[j], projection)
-            value[j], _ = log_probability(projection, gram[j], energy, error, prior)
+        for j in range(len(grams)):
+            value[j], _ = log_probability(projections[i, j], grams[j], energy[i], error, prior)
             if value[j] > value[best]:
                 best = j
-        origin[i] = middle + best - reach
+        shift[i] = best
         total = 0.0
-        for j in range(len(basis)):
+        for j in range(len(grams)):
             weight = math.exp((value[j] - value[best]) / UNSURE)
             total += weight
             if abs(j - best) > near:
@@ -194,24 +230,18 @@ def place(sounds, guess, lead, grid, near, floor, prior, origin, beyond):
 
 
 @njit(nogil=True)
-def project(sounds, origin, lead, basis, energy, projections):
-    """Energy of each sound about its origin, and its projections at every shift."""
-    for i in range(len(sounds)):
-        first = origin[i] - lead
-        energy[i] = 0.0
-        for k in range(first, first + basis.shape[2]):
-            energy[i] += sounds[i, k] * sounds[i, k]
-        for j in range(len(basis)):
-            _project(sounds[i], first, basis[j], projections[i, j])
+def leave(projections, energy, grams, floor, freedom, prior, left):
+    """Share of the energy of each sound that the most probable shift leaves.
 
-
-@njit(nogil=True)
-def leave(projections, energy, grams, floor, prior, left):
-    """Share of the energy of each sound that the most probable shift leaves."""
+    As in `weigh`, s is at least what is left to each of the degrees of freedom.
+    """
     value = np.empty(len(grams))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
         _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        if left[i] > error * freedom:
+            error = left[i] / freedom
+            _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
 
 
 @njit(nogil=True)
@@ -221,14 +251,14 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     Shifts lie `step` apart about 0. `floor`: the noise of a sample, and the part of s that the
     model's errors make; s is at least what is left to each of the degrees of freedom.
     """
-    value = np.empty(len(grams))
+    value, between = np.empty(len(grams)), np.empty((len(grams), BETWEEN))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
         most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
         if left > error * freedom:
             error = left / freedom
             most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
-        out[i, 0], out[i, 1], evidence = _moments(value, most, step)
+        out[i, 0], out[i, 1], evidence = _moments(value, most, step, between)
         out[i, 2], out[i, 3] = left, error
         out[i, 4] = evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
@@ -255,20 +285,24 @@ def _cubic(value, j, t):
 
 
 @njit(nogil=True)
-def _moments(value, most, step):
-    """Mean, standard deviation of the shift, and ln of the sum of exp(value)."""
+def _moments(value, most, step, between):
+    """Mean, standard deviation of the shift, and ln of the sum of exp(value).
+
+    `between` is scratch for BETWEEN values after each.
+    """
     last = len(value) - 1
     greatest = -np.inf
     for j in range(last):
         if max(value[j], value[j + 1]) >= most - FALL:
             for k in range(BETWEEN):
-                greatest = max(greatest, _cubic(value, j, (k + 0.5) / BETWEEN))
+                between[j, k] = _cubic(value, j, (k + 0.5) / BETWEEN)
+                greatest = max(greatest, between[j, k])
     total = first = second = 0.0
     for j in range(last):
         if max(value[j], value[j + 1]) >= most - FALL:
             for k in range(BETWEEN):
                 t = (k + 0.5) / BETWEEN
-                weight = math.exp(_cubic(value, j, t) - greatest)
+                weight = math.exp(between[j, k] - greatest)
                 at = j + t - 0.5 * last
                 total += weight
                 first += weight * at

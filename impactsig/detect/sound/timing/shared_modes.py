@@ -141,18 +141,24 @@ class SharedModes:
             self._model(usable)
             if self.model is None and self.rate <= SLOW:
                 self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
-                self.spread = HALF_WAVES * float(np.nanmedian(self._crossed(usable)[:, 1]))
+                self.spread = HALF_WAVES * float(
+                    np.nanmedian(self._crossed(self._filtered(usable, self.taps))[:, 1])
+                )
         self.found.append(self._timed(waves))
 
     def _model(self, waves: np.ndarray) -> None:
         few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
-        loud = float(np.median(np.sum(self._filtered(waves, self.taps) ** 2, axis=1)))
+        plain = self._filtered(waves, self.taps)
+        loud = float(np.median(np.sum(plain**2, axis=1)))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
+        guess = self._crossed(plain)[:, 0].copy()
         # Sounds that share nothing usually show it by a few.
-        if len(few) < len(waves) and not shared_exponents(*self._guessed(waves[few]), self.rate)[0]:
-            return
-        sounds, guess, noise = self._guessed(waves)
+        if len(few) < len(waves):
+            sounds, noise = self._whitened(waves[few])
+            if not shared_exponents(sounds, guess[few], noise, self.rate)[0]:
+                return
+        sounds, noise = self._whitened(waves)
         heard = float(np.sum(self.taps**2))
         model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if model is None:
@@ -165,19 +171,19 @@ class SharedModes:
             self.latency = float(np.median(late))
             self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
 
-    def _guessed(self, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Whitened waves, their crossings, and the white noise of a sample."""
+    def _whitened(self, waves: np.ndarray) -> tuple[np.ndarray, float]:
+        """Whitened waves, and the white noise of a sample."""
         sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
         noise = float(np.median(np.mean(quiet**2, axis=1)) / np.sum(self.taps**2))
-        return sounds, self._crossed(waves)[:, 0].copy(), noise
+        return sounds, noise
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN if unknown."""
         timed = np.full((len(waves), 2), np.nan)
         if not self._applies:
             return timed
-        crossed = self._crossed(waves)
+        crossed = self._crossed(self._filtered(waves, self.taps))
         guess = crossed[:, 0].copy()
         attack = self.before - len(self.taps) // 2 - 0.5
         timed[:, 0] = guess - self.latency - attack
@@ -194,11 +200,11 @@ class SharedModes:
         high_passed(waves, taps, sounds)
         return sounds
 
-    def _crossed(self, waves: np.ndarray) -> np.ndarray:
+    def _crossed(self, plain: np.ndarray) -> np.ndarray:
         """Result of `crossings` for each wave after the high-pass filter."""
-        crossed = np.empty((len(waves), 3))
+        crossed = np.empty((len(plain), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(self._filtered(waves, self.taps), quiet, begin, end, SHARES, crossed)
+        crossings(plain, quiet, begin, end, SHARES, crossed)
         return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
