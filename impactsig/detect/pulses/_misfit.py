@@ -14,15 +14,18 @@ import math
 import numpy as np
 
 from ..._compiled import allocating, inner
-from ._common_rest import crest_of
+from ._common_rest import crest_of, is_clear
 from ._model import POWER, POWERS, parts_of
 from ._touch import STRETCHES, add_edges, read_touch
 from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
-BETWEEN = 0.04
-"""Samples, over the square of a steep edge's power: to no better is a touch between two read."""
+BETWEEN, FEWEST = 0.6, 5.0
+"""Samples, over the clear pulses, or so many, and over the square of a steep edge's power: to no
+better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
+1/n of its touch.
+"""
 COARSE, UNSEEN = 0.25, 0.075
 """Of a sample, over the samples of an edge: how far off its touch is for want of samples.
 
@@ -64,7 +67,11 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     start, start_variance = read_touch(edges[0], early, OFF_START * r / rise)
     end, end_variance = read_touch(edges[1], late, OFF_END * r / fall)
     start, end = start * rise, -end * fall
-    first, last = BETWEEN / min(early, 1.0) ** 2, BETWEEN / min(late, 1.0) ** 2
+    clear = 0
+    for k in alike:
+        clear += is_clear(rows[k])
+    between = BETWEEN / max(clear, FEWEST)
+    first, last = between / min(early, 1.0) ** 2, between / min(late, 1.0) ** 2
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
     crest, peak = crest_of(rest, math.sqrt(early * late))

@@ -13,6 +13,9 @@ With g = 1 - W C of each, the variance of a shape parameter moves by Fisher's st
 each sum with that of WEIGHT pulses that differ by SPREAD. The last term is what the mean follows of
 them (restricted maximum likelihood). A span of few pulses cannot tell no spread from a small one,
 so what the spans before tell of the variance counts as a normal prior on it, while the span agrees.
+Pulses are measured with the variance that is expected where L +- e is told of it and any spread is
+as likely as another: nearly (L + sqrt(L^2 + e^2)) / 2, which is L where that is known, e/2 where it
+is 0.
 
 The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
 the length of a brief one, whose logarithm has no bound.
@@ -36,13 +39,13 @@ BRIEF = 0.3
 """Flat tops over edges that count as brief."""
 APART = np.array([0.5, 1.0, 0.15, 0.7, 0.15])
 """Standard deviation of the mean shape about where it is expected."""
-UNSURE = 0.4
-"""Of the standard error of a variance of shapes: what is added to the most likely one."""
 FORGOTTEN, AGREES = 0.1, 3.0
 """Share of what the spans before tell that each new one takes off; standard errors within which a
 span agrees with them."""
 SPREAD, WEIGHT = np.array([0.0005, 0.002, 0.00025, 0.0005, 0.00025]), 1.0
 """Standard deviation of shapes that is expected, and how many pulses it counts as."""
+LEAST = SPREAD * np.array([1.0, 1.0, 1.0, 0.2, 1.0])
+"""No less is it taken to be. Pulses of infinite slope are not linear in the others, and need it."""
 
 
 class Fits(NamedTuple):
@@ -182,18 +185,22 @@ def estimate_shape(fits, about, told, before, rounds):
             apart = likely * told[1, a] - told[0, a]
             if apart * apart * seen > AGREES**2 * told[1, a] * (told[1, a] + seen):
                 told[:, a] = 0.0
+            known = max(seen + told[1, a], 1e-300)
+            level = (seen * likely + told[0, a]) / known
             gain += WEIGHT * (SPREAD[a] ** 2 - variance)
             gain += double * (told[0, a] - told[1, a] * variance)
             square += double * told[1, a]
-            error = variance * np.sqrt(2.0 / max(square, 1e-12))
             variance += max(gain / (square + WEIGHT), -0.9 * variance)
             if turn == rounds - 2 and abs(seen * likely) < np.inf:
                 told[0, a] = (1.0 - FORGOTTEN) * told[0, a] + seen * likely
                 told[1, a] = (1.0 - FORGOTTEN) * told[1, a] + seen
             mode[a] = np.sqrt(variance)
             # The last round allows for what is not known of it.
-            wide = min(UNSURE * error, about[1, a] ** 2) if turn == rounds - 2 else 0.0
-            spread[a] = np.sqrt(variance + wide)
+            if turn == rounds - 2 and abs(level) < np.inf:
+                expected = 0.5 * (level + np.sqrt(level * level + 1.0 / known))
+                expected = min(expected, variance + about[1, a] ** 2)
+                variance = max(expected, LEAST[a] ** 2)
+            spread[a] = np.sqrt(variance)
         for a in range(s):
             for b in range(s):
                 factors[a, b] = information[a, b]
