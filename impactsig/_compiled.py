@@ -31,11 +31,11 @@ from llvmlite import binding
 from numba.core import config, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
-from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types import unliteral  # type: ignore[attr-defined]
 
 from . import _sources
+from ._linking import linked_once
 from ._private import private_directory
 from ._turns import Turn
 from ._watched import watched
@@ -44,13 +44,14 @@ from .errors import ImpactsigWarning
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with its cache, for the kernels of this package."""
-    compiled = numba.njit(**options)
+    compiled = numba.njit(no_cfunc_wrapper=True, **options)
 
     def keep(function: Callable[..., Any]) -> Any:
         dispatcher = compiled(function)
         if dispatcher is not function:  # as it is with NUMBA_DISABLE_JIT
             _keep(dispatcher, function)
             _without_values(dispatcher)
+            _with_entry_where_python_calls(dispatcher)
         return dispatcher
 
     return keep
@@ -58,7 +59,6 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 # Without reference counts, which cost more than these functions compute: nothing there allocates.
 _OPTIONS: Any = {"nogil": True, "error_model": "numpy", "_nrt": False}
-_WITHIN: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for kernels to call
 
 
 def cfunc(signature: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -91,7 +91,7 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     caches: list[_Cache | None] = []
 
     def compile_in_turn(*arguments: Any) -> Any:
-        with global_compiler_lock, _without_collections(), _calling_own_copies():
+        with global_compiler_lock, _without_collections(), linked_once(), _counted():
             if not caches:
                 _read_array_functions()
                 caches.append(_cache_of(function))
@@ -147,30 +147,51 @@ def _without_collections() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _calling_own_copies() -> Iterator[None]:
-    """Compile kernels so that each calls the copies of other functions that it was compiled with.
-
-    numba makes copies weak: whichever of one name is loaded first is called. Copies that were
-    optimised with other callers may sum in other lanes, so that results would depend in their last
-    digits on what a process has compiled or called before.
-    """
-    finish = CPUCodeLibrary._finalize_final_module
-
-    def finished(library: CPUCodeLibrary) -> None:
-        if library._shared_module is None:  # compiled just now; what others link stays weak
-            library._finalized = True
-            library._get_module_for_linking()
-            library._finalized = False
-            for function in library._final_module.functions:
-                if function.linkage.name.startswith("linkonce"):
-                    function.linkage = "internal"
-        finish(library)
-
-    CPUCodeLibrary._finalize_final_module = finished
+def _counted() -> Iterator[None]:
+    """Count the kernels that are being compiled, each for the one before."""
+    _compiling[0] += 1
     try:
         yield
     finally:
-        CPUCodeLibrary._finalize_final_module = finish
+        _compiling[0] -= 1
+
+
+_compiling = [0]
+
+
+def _with_entry_where_python_calls(dispatcher: Any) -> None:
+    """Make no entry from Python to what is compiled for another kernel.
+
+    What Python calls later as well is compiled once more, with an entry.
+    """
+    compile_now, options = dispatcher.compile, dispatcher._compiler.targetoptions
+
+    def compile_as_called(signature: Any) -> Any:
+        with global_compiler_lock:
+            if _compiling[0]:
+                options["no_cpython_wrapper"] = True
+            else:
+                options.pop("no_cpython_wrapper", None)
+                arguments, _ = sigutils.normalize_signature(signature)
+                if not _has_entry(dispatcher.overloads.get(arguments)):
+                    dispatcher.overloads.pop(arguments, None)
+            return compile_now(signature)
+
+    def add_overload(result: Any) -> None:
+        if _has_entry(result):
+            type(dispatcher).add_overload(dispatcher, result)
+        else:  # for kernels to find, and not for Python
+            dispatcher.overloads[tuple(result.signature.args)] = result
+
+    dispatcher.compile, dispatcher.add_overload = compile_as_called, add_overload
+
+
+def _has_entry(result: Any) -> bool:
+    """Whether Python can call what was compiled."""
+    if result is None:
+        return False
+    name = result.fndesc.llvm_cpython_wrapper_name
+    return bool(result.library.get_pointer_to_function(name))
 
 
 def _without_values(dispatcher: Any) -> None:
@@ -273,7 +294,7 @@ class _Kept(CompileResultCacheImpl):
 
         With the names that the code defines, which numba would read from its LLVM code.
         """
-        module = cres.library._get_module_for_linking()
+        module = cres.library._final_module
         parts = *module.functions, *module.global_variables
         names = {part.name for part in parts if not part.is_declaration}
         return names, *super().reduce(cres._replace(type_annotation=""))
@@ -347,12 +368,13 @@ class _Cache(FunctionCache):
         folder = Path(function.__code__.co_filename).parent / _SHIPPED
         self._shipped = IndexDataCacheFile(str(folder), self._impl.filename_base, code)
         self._shipped._version = version
+        self._with_entry = True
         self.turn = Turn(Path(self._cache_path) / f"{self._impl.filename_base}.lock")
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Without the bytecode, which a docstring changes: the stamp covers the code."""
         signature, target, (_, closure) = super()._index_key(sig, codegen)
-        return signature, target, closure
+        return (signature, self._with_entry), target, closure
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What was kept for a signature, perhaps by a process that has just compiled it."""
@@ -367,6 +389,14 @@ class _Cache(FunctionCache):
         return kept
 
     def _read(self, sig: Any, target_context: Any) -> Any:
+        """What has an entry from Python serves kernels as well."""
+        kept = self._read_one(sig, target_context, with_entry=True)
+        if kept is None and _compiling[0] > 1:
+            kept = self._read_one(sig, target_context, with_entry=False)
+        return kept
+
+    def _read_one(self, sig: Any, target_context: Any, *, with_entry: bool) -> Any:
+        self._with_entry = with_entry
         try:
             if isinstance(self._impl.locator, _Temporary):
                 self._impl.locator.ensure_cache_path()
@@ -386,6 +416,7 @@ class _Cache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep it, unless the disk is full or no longer writable."""
+        self._with_entry = _compiling[0] == 1
         try:
             super().save_overload(sig, data)
         except OSError:
@@ -396,7 +427,7 @@ kernel = njit(**_OPTIONS)
 """A kernel that Python calls."""
 allocating = njit(nogil=True, error_model="numpy")
 """A kernel that makes arrays, or calls one that does; the counts of references are kept."""
-inner = njit(**_OPTIONS, **_WITHIN)
-"""What only kernels call: it has no wrapper, so calling it from Python ends the process."""
-inlined = njit(**_OPTIONS, **_WITHIN, forceinline=True)
+inner = kernel
+"""What only kernels call."""
+inlined = njit(**_OPTIONS, forceinline=True)
 """The same, written into whatever calls it."""

@@ -169,6 +169,98 @@ def symbols(elf):
                 yield elf[start : elf.index(0, start)].decode(), info >> 4
 
 
+CALLS = """
+import json, sys
+
+from numba.core import event
+
+compiled = []
+
+class Names(event.Listener):
+    def on_start(self, event):
+        compiled.append(event.data["dispatcher"].py_func.__name__)
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Names())
+sys.path.insert(0, sys.argv[1])
+from kernels.inner import inner
+from kernels.outer import outer
+
+functions = {"inner": inner, "outer": outer}
+values = [functions[name](5) for name in sys.argv[2:]]
+print(json.dumps([values, compiled]))
+"""
+
+
+def called(package, *names):
+    """Values of kernels that a new process calls, and the kernels that it compiles for that."""
+    found = subprocess.run(
+        [sys.executable, "-c", CALLS, str(package.parent), *names], check=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True,
+    )  # fmt: skip
+    return json.loads(found.stdout)
+
+
+def test_python_calls_what_was_compiled_for_a_kernel(package):
+    """That has no entry from Python, so it is compiled again; then both are kept."""
+    assert called(package, "outer", "inner") == [[11, 10], ["outer", "inner", "inner"]]
+    assert called(package, "outer", "inner") == [[11, 10], []]
+    (package / "outer.py").write_text(OUTER.format(folder="").replace("+ 1", "+ 100"))
+    assert called(package, "inner", "outer") == [[10, 110], ["outer"]]
+
+
+def defined(package, name):
+    """Of each thing that is kept of a kernel, the functions that its machine code defines."""
+    texts = [path.read_bytes() for path in sorted(package.rglob(f"{name}*.nbc"))]
+    codes = [b"\x7fELF" + text.split(b"\x7fELF", 1)[1] for text in texts]
+    return [[function for function, _ in symbols(code)] for code in codes]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads object code of Linux")
+def test_what_only_kernels_call_has_no_machine_code(package):
+    called(package, "outer")
+    assert defined(package, "inner.inner-") == [[]]
+    called(package, "inner")
+    within, entered = defined(package, "inner.inner-")
+    assert within == []
+    assert any("inner" in name for name in entered)
+
+
+def test_functions_of_a_user_are_compiled_as_numba_does(package):
+    """Also where they call what was compiled for a kernel."""
+    code = """
+import sys
+import numba
+sys.path.insert(0, sys.argv[1])
+from kernels.outer import outer
+
+@numba.njit
+def smaller(x, y):
+    if x < 0:
+        raise ValueError("negative", x)
+    return min(x, y) + outer(x)
+
+assert smaller(5, 3) == 3 + 11
+assert outer(5) == 11
+assert smaller(2.0, 3.0) == 2.0 + 5.0
+try:
+    smaller(-1, 1)
+except ValueError as error:
+    assert error.args == ("negative", -1)
+else:
+    raise AssertionError
+"""
+    text = OUTER.format(folder="").replace("inner(x)", "max(inner(x), min(x, 3))")
+    (package / "outer.py").write_text(text)
+    subprocess.run(
+        [sys.executable, "-c", code, str(package.parent)],
+        check=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+
+
 def test_functions_of_one_name_are_kept_apart(package, run):
     (package / "outer.py").write_text("""
 from impactsig._compiled import njit
