@@ -61,10 +61,13 @@ class Running:
             number = coordinate_of(flow, signal)
         parameters = np.array(flow.parameters, float)
         rates = rates_of(flow.function, flow.dimension, len(parameters))
-        self.field = Field(rates, native, number, parameters, flow.dimension)
+        followed = flow.dimension + fires
+        self.field = Field(
+            rates, native, number, parameters, flow.dimension, followed, fires or None
+        )
         _check_rates(flow, start)
         self.tableau = flow_tableau()
-        d = -(-(flow.dimension + fires) // 4) * 4
+        d = -(-followed // 4) * 4
         self.course = Course(np.zeros(2), np.zeros(d), np.zeros(d), np.zeros(2))
         self.course.state[: flow.dimension] = start
         self.scratch = Scratch(

@@ -190,7 +190,7 @@ def _spikes(
     if not reason:
         running.course.state[: flow.dimension] = settled[0]
         running.course.clock[TIME] = transient
-        task = Task(fires, level, direction != "down", direction != "up", end, wanted)
+        task = Task(level, direction != "down", direction != "up", end, wanted)
         times, reason = running.spikes(task)
     stop = end
     if reason:
