@@ -22,6 +22,7 @@ WITH_STOPS = (
     "What has stops is simulated: its motion has impacts, and displacement_section finds where it "
     "passes a level"
 )
+OF_A_FLOW = "threshold_crossings and integrate_and_fire make the train of a flow"
 STEPS = 50_000  # in a call of a kernel, so that a run can be interrupted
 PATIENCE = 20  # calls without a spike, or at a creep, after which none is waited for
 CREEP = 1e-7  # of the time to the end: calls that get no further would take days
