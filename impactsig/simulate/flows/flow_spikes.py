@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inner, njit
+from ..._compiled import allocating, inner
 from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, LEVEL_SIDE, ROUNDED, TIME, WISH
 from ..basis.tableau import GAUGE_DEGREE
 from ._flow_crossings import begin, next_crossing, value_at
@@ -100,7 +100,7 @@ def correct(tab, field, s, t, h, y, level, share):
     return share
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def spikes(tab, field, task, s, course, steps):
     """Spikes in so many steps: how it ended, when they are, and how far the signal was."""
     times = np.empty(min(task.wanted, 256))
