@@ -221,6 +221,11 @@ def refuse(of: str, remedy: str, **given: Any) -> None:
             raise InvalidInput(name, value, f"no {name} {of}", remedy)
 
 
+def unless(default: float, value: Any) -> Any:
+    """A value, or None where it is the default: what `refuse` takes of an argument that has one."""
+    return None if isinstance(value, (int, float)) and value == default else value
+
+
 def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
     """The items of a sequence that is not text.
 

@@ -159,7 +159,7 @@ def column(name: str, value: Any, length: int) -> np.ndarray:
         _require(name, array, array >= 0, "standard errors, 0 or greater")
     elif name in COUNTS:
         least = COUNTS[name]
-        right = (array >= least) & (array % 1 == 0)
+        right = (array >= least) & (array == np.floor(array))
         _require(name, array, right, f"whole numbers, {least} or greater")
         return array.astype(np.intp)
     return array

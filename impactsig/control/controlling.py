@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .._arguments import number, refuse
+from .._arguments import number, refuse, unless
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
@@ -188,7 +188,11 @@ def move(
     """Simulate a controlled oscillator or flow."""
     system, controller, start = controlled.system, controlled.controller, controlled.start
     if isinstance(system, Flow):
-        return _flow(system, controller, periods, duration, start, initial, phase, method)
+        refuse(
+            "for a flow", "Give duration= alone", periods=periods, phase=phase, method=method,
+            chatter=unless(CHATTER, chatter),
+        )  # fmt: skip
+        return _flow(system, controller, duration, start, initial)
     length = count_of_periods(system, periods, duration)
     chatter = number("chatter", chatter, above=0, most=1e-2)
     phases = schedule(controller, start, length)
@@ -232,10 +236,8 @@ def section_of(nudging: list[OGY], phase: float | None) -> float:
 
 
 def _flow(
-    flow: Flow, controller: Any, periods: Any, duration: Any, start: Any, initial: Any,
-    phase: Any, method: Any,
-) -> ControlledFlowMotion:  # fmt: skip
-    refuse("for a flow", "Give duration= alone", periods=periods, phase=phase, method=method)
+    flow: Flow, controller: Any, duration: Any, start: Any, initial: Any
+) -> ControlledFlowMotion:
     length = number("duration", duration, above=0)
     phases = schedule(controller, start, length)
     if any(isinstance(own, IntervalFeedback) for _, own in phases):

@@ -12,6 +12,8 @@ from .._arguments import reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.batch import OscillatorBatch
+from ..oscillators.flows import Flow
+from ..oscillators.swept import Swept
 from ..simulate.run import without_noise
 
 
@@ -52,6 +54,15 @@ def made_of_arrays(scene: Callable[..., Any], *values: np.ndarray) -> Oscillator
     return made if fits else None
 
 
+def instead_of(system: Any) -> str:
+    """What to ask in place of a question that has no answer for a system."""
+    if isinstance(system, Swept):
+        return "A swept force does not recur: ask of its oscillator, under a steady one"
+    if isinstance(system, Flow):
+        return "find_periodic_orbit(flow, period=...) finds the orbits of a flow, one by one"
+    return ""
+
+
 def recurring(name: str, oscillator: Any) -> Oscillator:
     """Require an oscillator with a forcing period.
 
@@ -61,7 +72,8 @@ def recurring(name: str, oscillator: Any) -> Oscillator:
         If it is no oscillator, is not forced, or its forcing does not recur.
     """
     if not isinstance(oscillator, Oscillator) or oscillator.angular_forcing_frequency is None:
-        raise InvalidInput(name, oscillator, "an Oscillator with forcing, to count its periods")
+        required = "an Oscillator with forcing, to count its periods"
+        raise InvalidInput(name, oscillator, required, instead_of(oscillator))
     without_noise(oscillator, name)
     if not oscillator.forcing_recurs:
         timed = " and a law that depends on time" if oscillator.law_depends_on_time else ""

@@ -8,7 +8,7 @@ from functools import lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from .._arguments import choice
+from .._arguments import choice, unless
 from ..errors import InvalidInput
 from ..oscillators import Cantilever, Oscillator
 from ..oscillators.flows import Flow
@@ -175,7 +175,8 @@ def mover(system: Any, given: dict[str, Any]) -> Callable[..., Any]:
         raise InvalidInput("system", system, SYSTEMS, "scenes and flows of impactsig have some")
     move, accepted = _loaded(system.moved_by)
     for name, value in given.items():
-        if name not in accepted and not (value is None or (name == "transient" and value == 0.0)):
+        meant = unless(0.0, value) if name == "transient" else value
+        if name not in accepted and meant is not None:
             taken = ", ".join(sorted(accepted))
             raise InvalidInput(
                 name, value, f"no {name} for {what_it_is(system)}", f"It takes {taken}"

@@ -87,7 +87,7 @@ def move(
     phase = number("phase", phase, "a finite angle [rad]")
     motion = move_oscillator(
         swept.as_law(phase), duration=duration, transient=transient, initial=initial,
-        method=method or RungeKutta(TOLERANCE), chatter=chatter, keep=keep,
+        method=RungeKutta(TOLERANCE) if method is None else method, chatter=chatter, keep=keep,
     )  # fmt: skip
     x, v, _ = motion.final
     known = {own.name: getattr(motion, own.name) for own in fields(Motion)}

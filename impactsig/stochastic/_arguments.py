@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import instance, number
+from .._arguments import instance, number, reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import reference_frequency
@@ -119,14 +119,10 @@ def starts(
     InvalidInput
         If there is not one for all paths or one for each, or one is beyond a rigid stop.
     """
-    try:
-        given = np.asarray(initial, float)
-    except (TypeError, ValueError):
-        given = np.array(np.nan)
+    required = f"displacement and velocity, shape (2,) or ({paths}, 2)"
+    given = reals("initial", initial, required)
     if given.shape not in ((2,), (paths, 2)):
-        raise InvalidInput(
-            "initial", initial, f"displacement and velocity, shape (2,) or ({paths}, 2)"
-        )
+        raise InvalidInput("initial", initial, required)
     omega = reference_frequency(oscillator)
     if not np.isfinite(given).all():
         raise InvalidInput("initial", initial, "finite displacements and velocities")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import ImpactsigError, UnreadableFile
+from impactsig import ImpactsigError, InvalidInput, UnreadableFile
 
 from ..valid_calls import Things, valid_calls
 
@@ -113,3 +113,44 @@ def test_what_an_argument_cannot_be_is_refused_by_its_name(name, calls):
 @pytest.mark.parametrize("name", known())
 def test_so_is_everything_else(name, calls):
     judge(name, calls, WRONG)
+
+
+FORCED = impactsig.Oscillator(
+    damping=0.1,
+    forces=(impactsig.Force(0.5, 1.0),),
+    stops=(impactsig.Stop(0.3, impactsig.Hertz(50.0)),),
+)
+CLAMPED = impactsig.Cantilever(
+    0.2, 0.02, 0.001, 2e11, 7800.0, modes=2, forcing=impactsig.BaseMotion(1e-3, 10.0)
+)
+SHAKEN = impactsig.Oscillator(damping=0.2, noise=impactsig.Noise(0.1))
+FED = impactsig.DelayedFeedback(0.05)
+FLOWS_FED = impactsig.DelayedFeedback(0.2, delay=5.88, signal="y")
+SYSTEMS = {
+    "stepped": (FORCED, {"periods": 2}),
+    "cantilever": (CLAMPED, {"periods": 2}),
+    "flow": (impactsig.flows.lorenz(), {"duration": 1.0}),
+    "noisy": (SHAKEN, {"duration": 3.0, "seed": 1}),
+    "controlled": (impactsig.Controlled(FORCED, FED), {"periods": 3}),
+    "controlled flow": (
+        impactsig.Controlled(impactsig.flows.rossler(), FLOWS_FED, start=6.0), {"duration": 9.0}
+    ),
+    "swept": (impactsig.Swept(FORCED, frequency_rate=1e-4), {"duration": 3.0}),
+}  # fmt: skip
+ASKED = {
+    "simulate": (sorted(set(inspect.signature(impactsig.simulate).parameters) - {"system"}), 7),
+    "tangent_map": (["chatter", "initial", "method", "phase", "transient"], 4),
+    "lyapunov_spectrum": (["chatter", "initial", "method", "phase", "transient"], 4),
+}
+
+
+@pytest.mark.parametrize(
+    ("question", "system"),
+    [(question, name) for question, (_, n) in ASKED.items() for name in list(SYSTEMS)[:n]],
+)
+def test_every_system_refuses_what_an_option_cannot_be(question, system):
+    what, given = SYSTEMS[system]
+    for option in ASKED[question][0]:
+        for wrong in sorted(NEVER_MEANT):
+            with pytest.raises(InvalidInput, match=option):
+                getattr(impactsig, question)(what, **given | {option: WRONG[wrong]})

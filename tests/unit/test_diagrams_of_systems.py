@@ -214,8 +214,8 @@ def test_a_flow_that_leaves_or_never_returns_says_so():
         (lambda: bifurcation_diagram(hopf, [1.0], section="x"), "section"),
         (lambda: bifurcation_diagram(hopf, [1.0], section=("x", math.nan)), "section"),
         (lambda: bifurcation_diagram(hopf, [1.0], section=("w", 0.0)), "signal"),
-        (lambda: response_spectrum(noisy, [1.0]), "noise"),
-        (lambda: periodicity_chart(noisy, [1.0], [1.0]), "noise"),
+        (lambda: response_spectrum(noisy, [1.0]), "scene"),
+        (lambda: periodicity_chart(noisy, [1.0], [1.0]), "scene"),
         (lambda: bifurcation_diagram(noisy, [1.0], exponents=True), "exponents"),
     ],
 )

@@ -1,7 +1,7 @@
 """Kernel for a flow under delayed feedback.
 
 As `_run`, for any number of coordinates and without impacts, by the steps of
-`simulate._flow_steps`. The feedback is added to the rate of the coordinate that it is of.
+`simulate.flows.flow_steps`. The feedback is added to the rate of the coordinate that it is of.
 """
 
 from __future__ import annotations
@@ -64,16 +64,16 @@ def run(
         region, edge = side_of_limit(fb, line, past, count, y[fb.signal - COORDINATES])
         own = Field(
             field.rates, field.signal, field.coordinate, field.parameters, field.size,
-            Control(fb, line, past, region),
+            field.followed, None, Control(fb, line, past, region),
         )  # fmt: skip
         t = clock[TURNS] * TURN + clock[PHASE] + clock[LOW]
         course.clock[TIME] = t
-        rates_at(own, False, t, 0.0, y, course.rate)
-        step = stride(tab, own, False, s, course, min(end, smooth))
+        rates_at(own, t, 0.0, y, course.rate)
+        step = stride(tab, own, s, course, min(end, smooth))
         if step == 0.0:
             return DIVERGED
         begin_row(line, count, clock, step)
-        finish(tab, own, False, s, t, step, y)
+        finish(tab, own, s, t, step, y)
         write(fb, line, past, room, region, tab, s, count, step, y, field.size)
         share, side, wrong = bound(fb, room, None, region, edge)
         if wrong and not turned:
@@ -84,7 +84,7 @@ def run(
         h = step
         if share < 1.0 and side != 0:
             h = share * step
-            take(tab, own, False, s, t, h, y, s.new)
+            take(tab, own, s, t, h, y, s.new)
             cross_limit(line, laps, count, share, region, side)
         for n in range(field.size):
             y[n] = s.new[n]

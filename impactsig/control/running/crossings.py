@@ -52,7 +52,7 @@ class Crossings:
         from ...simulate.flows.flow_spikes import Task
 
         self._begin(self._finding, state, time)
-        times, _ = self._finding.spikes(Task(False, self.level, True, False, end, 1))
+        times, _ = self._finding.spikes(Task(self.level, True, False, end, 1))
         if not len(times):
             return None
         when = float(times[0])

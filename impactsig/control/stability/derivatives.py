@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number, refuse
+from ..._arguments import number
 from ...dynamics.periodic.orbits import orbit_of
 from ...dynamics.periodic.shooting import OscillatorShooting
 from ...dynamics.tangents.growth import steps_of
@@ -36,12 +36,11 @@ INTERVALS = (
 
 
 def tangent_of(
-    controlled: Controlled, *, periods: Any = None, duration: Any = None, transient: Any = None,
-    initial: Any = None, phase: Any = None, method: Any = None, **options: Any,
+    controlled: Controlled, *, periods: Any = None, duration: Any = None, initial: Any = None,
+    phase: Any = None, method: Any = None, **options: Any,
 ) -> TangentMap:  # fmt: skip
     """Tangent map of an oscillator under OGY control."""
     oscillator = _nudged(controlled)
-    refuse("of a tangent map", "Give initial=", transient=transient or None)
     length = count_of_periods(oscillator, periods, duration)
     phases = schedule(controlled.controller, controlled.start, math.inf)
     options |= {"phase": _section(controlled, phase), "method": method}

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating
 from ...simulate.exact.flow import COMPLETE, Leg, bounds, locate
 from ...simulate.exact.gap import close, stays_open
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves):
     """Duration and final velocity of contacts; inf and 0 if they do not end.
 
@@ -48,7 +48,7 @@ def flights(kappa, delta, omega, push_cos, push_sin, load, speed, lasts, leaves)
         lasts[n], leaves[n] = tau / w, out * w
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def flight(leg, end):
     """Time at which the depth of a leg returns to zero, and the velocity there."""
     tau, x, v = 0.0, 0.0, leg.series[1]

@@ -59,7 +59,7 @@ def cut(
     column = coordinate_of(flow, signal)
     running = Running(flow, signal, initial)
     wanted, found, size = transient + count + 1, list[float](), 0.0
-    task = Task(False, level, True, False, np.inf, wanted)
+    task = Task(level, True, False, np.inf, wanted)
     silent, rest = 0, None
     while len(found) < wanted and silent < PATIENCE and rest is None:
         status, times = spikes(

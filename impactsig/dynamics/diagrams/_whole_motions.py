@@ -89,7 +89,7 @@ def checked_whole(
     if isinstance(system, Oscillator) and system.noise is None:
         raise InvalidInput("scene", system, "a function that makes systems of one kind")
     if isinstance(system, Oscillator) and not noise:
-        raise InvalidInput("noise", system.noise, "an Oscillator without noise", ONE_PATH)
+        raise InvalidInput(name, system, "an Oscillator without noise", ONE_PATH)
     moved = isinstance(system, (Cantilever, Oscillator))
     controlled = isinstance(getattr(system, "system", None), Oscillator)
     if not (moved or controlled) or system.forcing_period is None:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from ..._arguments import refuse, whole
+from ..._arguments import refuse, unless, whole
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulate import FixedStep, RungeKutta, simulate
 from ...simulate.simulation import what_it_is
-from ..arguments import recurring
+from ..arguments import instead_of, recurring
 from ..tangents.tangent import TangentMap, differentiated_by
 from ._beam_orbits import BeamShooting
 from .flow_orbits import FlowOrbit, find_flow_orbit
@@ -222,13 +222,16 @@ def find_periodic_orbit(  # type: ignore[misc]
     if isinstance(system, Flow):
         refuse(
             "for a flow", "Give period= in its time", impacts=impacts, method=method,
-            periods=None if periods == 1 else periods, phase=None if phase == 0.0 else phase,
+            periods=unless(1, periods), phase=unless(0.0, phase),
         )  # fmt: skip
         return find_flow_orbit(system, period, guess, 1e-10 if tolerance is None else tolerance)
     controlled = differentiated_by(system) is not None
     if not isinstance(system, (Oscillator, Cantilever)) and not controlled:
         raise InvalidInput(
-            "system", system, "an Oscillator, a Cantilever, a Flow or a Controlled oscillator"
+            "system",
+            system,
+            "an Oscillator, a Cantilever, a Flow or a Controlled oscillator",
+            instead_of(system),
         )
     if period is not None and not isinstance(getattr(system, "system", None), Flow):
         raise InvalidInput(

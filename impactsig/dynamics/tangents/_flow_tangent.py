@@ -111,12 +111,12 @@ def carry(tab, field, s, course, end, steps, columns, growth, new, sizes, slopes
     d = field.size
     y = course.state
     if course.pace[WISH] == 0.0:
-        rates_at(field, False, course.clock[TIME], 0.0, y, course.rate)
+        rates_at(field, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[TIME]
         if t >= end:
             return DONE
-        h = stride(tab, field, False, s, course, end - t)
+        h = stride(tab, field, s, course, end - t)
         if h == 0.0:
             return DIVERGED
         for n in range(d):

@@ -55,8 +55,8 @@ def tangent_steps(oscillator: Oscillator, **options: Any) -> tuple[Any, np.ndarr
     """
     _check(oscillator)
     options = {name: value for name, value in options.items() if value is not None}
-    start = np.array(options.get("initial", (0.0, 0.0)), float)
     path: Any = simulate(oscillator, **options)
+    start = np.array(options.get("initial", (0.0, 0.0)), float)
     x = np.concatenate([start[:1], path.x])
     v = np.concatenate([start[1:], path.v])
     time = np.concatenate([[0.0], path.time]) / oscillator.time_unit

@@ -10,7 +10,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from ..._arguments import Seed, number, one_of_them, refuse
+from ..._arguments import Seed, number, one_of_them, refuse, unless
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
@@ -18,7 +18,9 @@ from ...oscillators.batch import OscillatorBatch
 from ...oscillators.flows import Flow
 from ...simulate import FixedStep, RungeKutta, simulate
 from ...simulate.flows.course import Running
+from ...simulate.simulation import CHATTER
 from ...studies.device import Executor, on_gpu
+from ..arguments import instead_of
 from ._follow import Follower
 from .growth import BATCHES, edges_of, growth_of, lost_of, measured, steps_of
 from .spectra import LyapunovSpectra, spectra_of
@@ -153,7 +155,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     initial: Sequence[float] | None = None,
     phase: float = 0.0,
     method: RungeKutta | FixedStep | None = None,
-    chatter: float = 1e-6,
+    chatter: float = CHATTER,
     executor: Executor = "threads",
     seed: Seed = None,
 ) -> LyapunovSpectrum | LyapunovSpectra:
@@ -217,6 +219,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     if gpu and not isinstance(system, OscillatorBatch):
         raise InvalidInput("system", system, "for a GPU, a batch of oscillators")
     if isinstance(system, Oscillator) and system.noise is not None:
+        refuse("under noise", "", chatter=unless(CHATTER, chatter))
         run = {"initial": initial, "phase": phase, "method": method, "seed": seed}
         return _of_path(system, periods, duration, transient, run)
     refuse("where there is no noise", "", seed=seed)
@@ -245,8 +248,11 @@ def lyapunov_spectrum(  # type: ignore[misc]
         options = {"initial": initial, "phase": phase, "method": method, "chatter": chatter}
         return home.spectrum_of(system, periods, duration, transient, **options)
     if not isinstance(system, Flow):
-        raise InvalidInput("system", system, SYSTEMS)
-    refuse("for a flow", "Give duration=", periods=periods, method=method)
+        raise InvalidInput("system", system, SYSTEMS, instead_of(system))
+    refuse(
+        "for a flow", "Give duration=", periods=periods, method=method,
+        phase=unless(0.0, phase), chatter=unless(CHATTER, chatter),
+    )  # fmt: skip
     length = number("duration", duration, above=0)
     before = number("transient", length / 10 if transient is None else transient, least=0.0)
     return _of_flow(system, length, before, initial)

@@ -15,6 +15,7 @@ from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulate import simulate
 from ...simulate.flows.course import state_of
+from ..arguments import instead_of
 from ._follow import Follower
 
 SYSTEMS = "an Oscillator, a Cantilever, a Flow, or an Oscillator under OGY"
@@ -136,6 +137,7 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     >>> bool(abs(found.multipliers).max() < 1)  # the motion is stable
     True
     """
+    refuse("of a tangent map", "Give initial=", transient=options.pop("transient", None))
     if isinstance(system, Oscillator) and system.noise is not None:
         return _of_path(system, options)
     if isinstance(system, Oscillator):
@@ -147,7 +149,7 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     home = differentiated_by(system)
     if home is not None:
         return home.tangent_of(system, **options)
-    raise InvalidInput("system", system, SYSTEMS)
+    raise InvalidInput("system", system, SYSTEMS, instead_of(system))
 
 
 def differentiated_by(system: Any) -> Any:
@@ -178,8 +180,7 @@ def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
     """The tangent map along one path of an oscillator under noise."""
     from ._noisy_tangent import tangent_steps
 
-    for name in ("transient", "every", "chatter"):
-        refuse("under noise", "Give initial=", **{name: options.get(name) or None})
+    refuse("under noise", "", **{name: options.get(name) for name in ("every", "chatter")})
     path, matrices, divergence = tangent_steps(oscillator, **options)
     scaled, scale = np.eye(2), 0.0
     for matrix in matrices:
@@ -191,7 +192,6 @@ def _of_path(oscillator: Oscillator, options: dict[str, Any]) -> TangentMap:
 def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
     from ._beam_tangent import steps
 
-    refuse("of a tangent map", "Give initial=", transient=options.get("transient") or None)
     motion = simulate(beam, **options)
     m = beam.modes
     scaled, scale, determinant = np.eye(2 * m), 0.0, 0.0
@@ -212,7 +212,6 @@ def _of_beam(beam: Cantilever, options: dict[str, Any]) -> TangentMap:
 def _of_flow(flow: Flow, options: dict[str, Any]) -> TangentMap:
     from ..periodic.flow_shooting import converged
 
-    refuse("of a tangent map", "Give initial=", transient=options.get("transient") or None)
     motion = simulate(flow, **options)
     start = state_of(flow, options.get("initial"))
     _, matrix, _, settled = converged(flow, start, motion.duration)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating, njit
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def window_scores(cycles, low, high, centre, first, step, width, share, scores):
     """Fill in the score of each rate 1 + first + r step in each window, weighted by a Gaussian.
 
@@ -31,7 +31,7 @@ def window_scores(cycles, low, high, centre, first, step, width, share, scores):
         scores[k, :] /= np.sqrt(squares * total)
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def coherence(centred, first, rate, step, share, power):
     """Fill in the power of the harmonics at each rate + r step, summed over windows.
 

@@ -66,12 +66,11 @@ def place_of(initial: Any) -> tuple[float, float]:
     InvalidInput
         If it is not two finite numbers.
     """
+    required = "two finite numbers: displacement and velocity"
     try:
-        x, v = (float(value) for value in initial)
-    except (TypeError, ValueError):
-        raise InvalidInput("initial", initial, "two numbers: displacement and velocity") from None
-    if not (math.isfinite(x) and math.isfinite(v)):
-        raise InvalidInput("initial", initial, "finite displacement and velocity")
+        x, v = (number("initial", value, required) for value in initial)
+    except (TypeError, ValueError):  # no sequence, or not of two
+        raise InvalidInput("initial", initial, required) from None
     return x, v
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._arguments import reals
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Force, Rigid, Stop
 
@@ -41,8 +42,8 @@ def initial_state(initial: Any, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Displacements and velocities of all modes."""
     required = f"modal displacements and velocities, of up to {modes} modes"
     try:
-        parts = [np.atleast_1d(np.asarray(part, float)) for part in initial]
-    except (TypeError, ValueError):
+        parts = [np.atleast_1d(reals("initial", part, required)) for part in initial]
+    except TypeError:
         raise InvalidInput("initial", initial, required) from None
     right = len(parts) == 2 and all(part.ndim == 1 and len(part) <= modes for part in parts)
     if not right or not all(np.isfinite(part).all() for part in parts):

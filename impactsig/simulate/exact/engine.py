@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
+from ..._compiled import inner, kernel
 from ..basis.events import (
     DIVERGED,
     DONE,
@@ -62,6 +62,24 @@ from .passing import (
     touches,
     unstick,
 )
+
+
+@inner
+def from_rest(p, i, leg, q):
+    """Fourth derivative at a start from rest where lower ones vanish; clears these of rounding.
+
+    What is but rounding must not choose the side of a soft stop.
+    """
+    snap, series = 0.0, leg.series
+    force = abs(leg.kappa * q) + abs(leg.kappa * p.origin[i]) + p.force_bound[0]
+    if abs(series[2]) <= NOTHING * (force + abs(p.constant[i])):
+        series[2] = 0.0
+        if abs(series[3]) <= NOTHING * p.force_bound[1]:
+            series[3] = 0.0
+            for j in range(len(leg.waves)):
+                snap -= leg.waves[j, 0] ** 2 * leg.waves[j, 3]
+            snap = snap if abs(snap) > NOTHING * p.force_bound[2] else 0.0
+    return snap
 
 
 @kernel
@@ -134,16 +152,7 @@ def run(p, scratch, clock, state, count, events, end_turns, end_phase, most_legs
             fourth = bound(kappa, delta, root, damping_kind, b2, b3) + p.reach[i, 4]
         if level:
             leg.series[2] = 0.0
-        snap = 0.0
-        if rests:  # what is but rounding must not choose the side of a soft stop
-            force = abs(kappa * q) + abs(kappa * p.origin[i]) + p.force_bound[0]
-            if abs(leg.series[2]) <= NOTHING * (force + abs(p.constant[i])):
-                leg.series[2] = 0.0
-                if abs(leg.series[3]) <= NOTHING * p.force_bound[1]:
-                    leg.series[3] = 0.0
-                    for j in range(len(leg.waves)):
-                        snap -= leg.waves[j, 0] ** 2 * leg.waves[j, 3]
-                    snap = snap if abs(snap) > NOTHING * p.force_bound[2] else 0.0
+        snap = from_rest(p, i, leg, q) if rests else 0.0
         a, jerk = 2 * leg.series[2], 6 * leg.series[3]
 
         # The gaps as they are; one that is closed opens, or is passed at once.

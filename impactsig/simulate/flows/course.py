@@ -22,6 +22,7 @@ WITH_STOPS = (
     "What has stops is simulated: its motion has impacts, and displacement_section finds where it "
     "passes a level"
 )
+OF_A_FLOW = "threshold_crossings and integrate_and_fire make the train of a flow"
 STEPS = 50_000  # in a call of a kernel, so that a run can be interrupted
 PATIENCE = 20  # calls without a spike, or at a creep, after which none is waited for
 CREEP = 1e-7  # of the time to the end: calls that get no further would take days
@@ -61,10 +62,13 @@ class Running:
             number = coordinate_of(flow, signal)
         parameters = np.array(flow.parameters, float)
         rates = rates_of(flow.function, flow.dimension, len(parameters))
-        self.field = Field(rates, native, number, parameters, flow.dimension)
+        followed = flow.dimension + fires
+        self.field = Field(
+            rates, native, number, parameters, flow.dimension, followed, fires or None
+        )
         _check_rates(flow, start)
         self.tableau = flow_tableau()
-        d = -(-(flow.dimension + fires) // 4) * 4
+        d = -(-followed // 4) * 4
         self.course = Course(np.zeros(2), np.zeros(d), np.zeros(d), np.zeros(2))
         self.course.state[: flow.dimension] = start
         self.scratch = Scratch(

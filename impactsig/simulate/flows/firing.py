@@ -13,7 +13,7 @@ from ...errors import InvalidInput
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
 from ..basis.events import TIME
-from .course import Running
+from .course import WITH_STOPS, Running
 
 Signal = Callable[[Any], float] | str | int
 
@@ -154,7 +154,9 @@ def threshold_crossings(
     >>> len(returns.intervals())
     100
     """
-    instance("flow", flow, Flow, "a Flow", "A RecordedMotion has a method crossings()")
+    recorded = "A RecordedMotion has a method crossings()"
+    remedy = recorded if hasattr(flow, "crossings") else WITH_STOPS
+    instance("flow", flow, Flow, "a Flow", remedy)
     level = number("level", level)
     choice("direction", direction, ("up", "down", "both"))
     return _spikes(
@@ -190,7 +192,7 @@ def _spikes(
     if not reason:
         running.course.state[: flow.dimension] = settled[0]
         running.course.clock[TIME] = transient
-        task = Task(fires, level, direction != "down", direction != "up", end, wanted)
+        task = Task(level, direction != "down", direction != "up", end, wanted)
         times, reason = running.spikes(task)
     stop = end
     if reason:

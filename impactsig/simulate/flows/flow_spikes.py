@@ -12,24 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inner, njit
+from ..._compiled import allocating, inner
 from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, LEVEL_SIDE, ROUNDED, TIME, WISH
 from ..basis.tableau import GAUGE_DEGREE
 from ._flow_crossings import begin, next_crossing, value_at
-from .flow_steps import (
-    between,
-    go,
-    interpolate,
-    rates_at,
-    stride,
-    take,
-)
+from .flow_steps import between, go, interpolate, rates_at, stride, take
 
 
 class Task(NamedTuple):
     """The level, direction, count and end time of a search for spikes."""
 
-    fires: bool  # integrate and fire; else crossings
     level: float  # threshold of the integral, or level of the signal
     up: bool
     down: bool
@@ -38,20 +30,20 @@ class Task(NamedTuple):
 
 
 @inner
-def watched(field, task):
+def watched(field):
     """Index of the coordinate that is compared with the level; -1 for a function of the state."""
-    return field.size if task.fires else field.coordinate
+    return field.coordinate if field.fires is None else field.size
 
 
 @inner
-def out_of_reach(field, task, s, h, y, level):
+def out_of_reach(field, s, h, y, level):
     """Whether the signal cannot reach the level within the step.
 
     Its rate at none of the 13 stages being more than a quarter of what that would take. A step
     within the tolerance, in which the rate is a polynomial of low degree to 13 digits, cannot hide
     more between stages.
     """
-    n = watched(field, task)
+    n = watched(field)
     if n < 0:
         return False
     greatest = 0.0
@@ -61,9 +53,9 @@ def out_of_reach(field, task, s, h, y, level):
 
 
 @inner
-def gauge(tab, field, task, s, y):
+def gauge(tab, field, s, y):
     """The signal at the nodes of the step."""
-    only = watched(field, task)
+    only = watched(field)
     for j in range(GAUGE_DEGREE + 1):
         share = tab.nodes[j]
         if only >= 0:
@@ -88,14 +80,14 @@ def pose(tab, s, level):
 
 
 @inner
-def correct(tab, field, task, s, t, h, y, level, share):
+def correct(tab, field, s, t, h, y, level, share):
     """Correct a root by steps that end there; overwrites stages 1 to 11 of the step."""
     for _ in range(5):
         value, slope = value_at(s.coefficients, s.ladder, share)
         if slope == 0.0:
             break
-        take(tab, field, task.fires, s, t, share * h, y, s.landing)
-        if task.fires:
+        take(tab, field, s, t, share * h, y, s.landing)
+        if field.fires is not None:
             value = s.landing[field.size] - level
         else:
             value = field.signal(s.landing.ctypes, field.coordinate) - level
@@ -108,15 +100,15 @@ def correct(tab, field, task, s, t, h, y, level, share):
     return share
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def spikes(tab, field, task, s, course, steps):
     """Spikes in so many steps: how it ended, when they are, and how far the signal was."""
     times = np.empty(min(task.wanted, 256))
     found = 0
     y = course.state
     if course.pace[WISH] == 0.0:
-        rates_at(field, task.fires, course.clock[TIME], 0.0, y, course.rate)
-        if task.fires:
+        rates_at(field, course.clock[TIME], 0.0, y, course.rate)
+        if field.fires is not None:
             course.pace[LEVEL_SIDE] = -1.0
     for _ in range(steps):
         t = course.clock[TIME]
@@ -124,14 +116,14 @@ def spikes(tab, field, task, s, course, steps):
             return DONE, times[:found]
         if t > 1e300:  # at rest, steps grow without end
             return ENDLESS, times[:found]
-        h = stride(tab, field, task.fires, s, course, task.end - t)
+        h = stride(tab, field, s, course, task.end - t)
         if h == 0.0:
             return DIVERGED, times[:found]
-        if out_of_reach(field, task, s, h, y, task.level) and course.pace[LEVEL_SIDE] != 0.0:
+        if out_of_reach(field, s, h, y, task.level) and course.pace[LEVEL_SIDE] != 0.0:
             go(s, course, h, task.end)
             continue
-        interpolate(tab, field, task.fires, s, t, h, y)
-        gauge(tab, field, task, s, y)
+        interpolate(tab, field, s, t, h, y)
+        gauge(tab, field, s, y)
         for j in range(GAUGE_DEGREE + 1):
             if not math.isfinite(s.gauge[j]):
                 return DIVERGED, times[:found]
@@ -144,7 +136,7 @@ def spikes(tab, field, task, s, course, steps):
                 top, share, side = next_crossing(s, top, side)
                 if share < 0 or not (task.up if side > 0 else task.down):
                     continue
-                share = correct(tab, field, task, s, t, h, y, level, share)
+                share = correct(tab, field, s, t, h, y, level, share)
                 at = t + (share * h + course.clock[ROUNDED])
                 if found == len(times):
                     more = np.empty(min(2 * found, task.wanted))
@@ -156,15 +148,15 @@ def spikes(tab, field, task, s, course, steps):
                 found += 1
                 if found == task.wanted:
                     return DONE, times
-                if task.fires:
+                if field.fires is not None:
                     break
-            if not task.fires or side < 0:
+            if field.fires is None or side < 0:
                 break
             # Fired: what is integrated from here on has the next multiple to reach.
             level += task.level
             side = -1.0
         course.pace[LEVEL_SIDE] = side
         go(s, course, h, task.end)
-        if task.fires:
+        if field.fires is not None:
             y[field.size] -= level - task.level
     return EXHAUSTED, times[:found]

@@ -22,6 +22,8 @@ class Field(NamedTuple):
     coordinate: int  # the signal is that one; -1: a function
     parameters: np.ndarray
     size: int  # coordinates of the flow
+    followed: int  # the same, and one more where the integral of the signal is followed
+    fires: object = None  # True where it is; None: kernels are compiled without it
     control: object = None  # a `Control` where there is one
 
 
@@ -57,11 +59,11 @@ class Scratch(NamedTuple):
 
 
 @inner
-def rates_at(field, fires, t, tau, y, out):
+def rates_at(field, t, tau, y, out):
     """Rates of the coordinates and of the integral, tau after the instant t."""
     field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
     steer(field.control, tau, y, out)
-    if fires:
+    if field.fires is not None:
         out[field.size] = field.signal(y.ctypes, field.coordinate)
 
 
@@ -116,18 +118,18 @@ def stages(
             stage[n] = y[n] + h * stage[n]
         rates(t + c[i] * h, at, parameters, out)
         steer(control, c[i] * h, stage, rate)
-        if fires:
+        if fires is not None:
             rate[size] = signal(at, number)
         for n in range(len(y)):
             k[i, n] = rate[n]
 
 
 @inner
-def take(tab, field, fires, s, t, h, y, into):
+def take(tab, field, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        field.control, fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
+        field.control, field.fires, s.k, s.stage, s.rate, 1, 12, t, h, y,
     )  # fmt: skip
     weigh(tab.a, 12, s.k, 12, into)
     for n in range(len(y)):
@@ -161,7 +163,7 @@ def error_of(tab, s, h, y, size):
 
 
 @inner
-def stride(tab, field, fires, s, course, most):
+def stride(tab, field, s, course, most):
     """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
     t, y = course.clock[TIME], course.state
     for n in range(len(y)):
@@ -176,9 +178,9 @@ def stride(tab, field, fires, s, course, most):
     grow = 6.0
     while True:
         h = min(wish, most)
-        take(tab, field, fires, s, t, h, y, s.new)
-        rates_at(field, fires, t, h, s.new, s.k[12])
-        error = error_of(tab, s, h, y, field.size + fires)
+        take(tab, field, s, t, h, y, s.new)
+        rates_at(field, t, h, s.new, s.k[12])
+        error = error_of(tab, s, h, y, field.followed)
         if math.isfinite(error) and error <= 1.0:
             factor = grow if error == 0.0 else min(grow, 0.9 * error**-0.125)
             if h == wish or factor < 1.0:
@@ -207,20 +209,20 @@ def go(s, course, h, end):
 
 
 @inner
-def finish(tab, field, fires, s, t, h, y):
+def finish(tab, field, s, t, h, y):
     """Compute the last stages of the step, which only its interpolant needs."""
     stages(
         tab.a, tab.c, field.rates, field.signal, field.coordinate, field.parameters, field.size,
-        field.control, fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
+        field.control, field.fires, s.k, s.stage, s.rate, 13, 16, t, h, y,
     )  # fmt: skip
 
 
 @inner
-def interpolate(tab, field, fires, s, t, h, y):
+def interpolate(tab, field, s, t, h, y):
     """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
-    finish(tab, field, fires, s, t, h, y)
-    first = field.size if fires else 0
-    for n in range(first, field.size + fires):
+    finish(tab, field, s, t, h, y)
+    first = 0 if field.fires is None else field.size
+    for n in range(first, field.followed):
         gain = s.new[n] - y[n]
         s.dense[0, n] = gain
         s.dense[1, n] = h * s.k[0, n] - gain
@@ -246,7 +248,7 @@ def states(tab, field, s, course, instants, out, done, steps):
     """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
     y = course.state
     if course.pace[WISH] == 0.0:
-        rates_at(field, False, course.clock[TIME], 0.0, y, course.rate)
+        rates_at(field, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[TIME]
         while done < len(instants) and instants[done] <= t:
@@ -256,12 +258,12 @@ def states(tab, field, s, course, instants, out, done, steps):
         if done == len(instants):
             return DONE, done
         end = instants[-1]
-        h = stride(tab, field, False, s, course, end - t)
+        h = stride(tab, field, s, course, end - t)
         if h == 0.0:
             return DIVERGED, done
         after = end if h >= end - t else t + h
         if instants[done] < after:
-            interpolate(tab, field, False, s, t, h, y)
+            interpolate(tab, field, s, t, h, y)
             while instants[done] < after:
                 share = min((instants[done] - t - course.clock[ROUNDED]) / h, 1.0)
                 for n in range(field.size):

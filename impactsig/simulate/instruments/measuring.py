@@ -12,6 +12,7 @@ from ..._arguments import Seed, number, streams
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...impacts import Impacts
+from ..flows.course import OF_A_FLOW
 from ..motion import Motion
 from ._thresholding import Spikes, spikes
 
@@ -220,7 +221,7 @@ def _count(
             "impacts",
             given,
             "Impacts or a Motion",
-            'Of a motion keep all: simulate(..., keep="all")',
+            f'Of a motion keep all: simulate(..., keep="all"). {OF_A_FLOW}',
         )
     if not noise:
         return Spikes(truth.time, np.empty(0), np.empty(0, np.intp)), truth

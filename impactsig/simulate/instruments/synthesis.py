@@ -11,6 +11,7 @@ from ..._arguments import Seed, instance, number, streams, whole
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...recording import Recording
+from ..flows.course import OF_A_FLOW
 from .measuring import strength_of
 from .sensors import LoadCell, Microphone
 
@@ -84,7 +85,8 @@ def synthesize(
     >>> recording.rate, recording.duration, recording.units
     (50000.0, 0.1, ('V',))
     """
-    instance("impacts", impacts, Impacts)
+    remedy = f"Those of a motion are motion.impacts. {OF_A_FLOW}"
+    instance("impacts", impacts, Impacts, "an Impacts", remedy)
     parts = _parts(impacts, sensor)
     first = parts[0][0]
     kind: Kind = "force" if isinstance(first, LoadCell) else "sound"

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating
 from ..basis.events import (
     LOW,
     MARK,
@@ -30,7 +30,7 @@ from .step import stride, take
 PARTS = 6  # of a step, in which the greatest force is looked for
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def recall(p, rows, w, approach):
     """Approach velocities of the contacts in progress at row w, from the rows before it."""
     for k in range(len(p.stops)):
@@ -46,7 +46,7 @@ def recall(p, rows, w, approach):
                     break
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def mode_of(p, f, s, row, approach):
     """Mode of the motion after a row; that of a start depends on the sliding direction."""
     mode = int(row[ROW_MODE])
@@ -60,7 +60,7 @@ def mode_of(p, f, s, row, approach):
     return mode
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
     """Position and velocity at instants, each after the row that `where` names.
 
@@ -110,7 +110,7 @@ def sample(p, tab, f, s, rows, where, turns, phase, order, q, v):
         q[n], v[n] = at, velocity
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def push_of(p, k, loss, depth, inward):
     """Force per mass of a soft stop."""
     if depth < 0:
@@ -121,7 +121,7 @@ def push_of(p, k, loss, depth, inward):
     return spring_push(p.stops[k, STIFFNESS], p.stops[k, LOSS], depth, inward)
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
     """Greatest force of contacts per mass, each from the row of its touch to that of its end."""
     approach = np.empty(len(p.stops))
