@@ -96,7 +96,8 @@ def test_stops_hit_in_turn_are_not_one_that_is_late(late):
     ]
     both = combine_impacts(cells, stops=[0, 1])
     assert np.bincount(both.impacts.stop_index).tolist() == [52, 51]
-    assert both.delays[1] == 0 and not both.impacts.notes
+    assert both.delays[1] == 0
+    assert not both.impacts.notes
     # A microphone before them, so that the cells have a delay of their own that they share.
     room = Impacts(np.sort(np.append(left, right)) + late, sensor="sound", peak=np.ones(103))
     three = combine_impacts([room, *cells], stops=[None, 0, 1])
