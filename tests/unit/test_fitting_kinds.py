@@ -20,10 +20,12 @@ from impactsig import (
     scenes,
     simulate,
 )
+from impactsig.fitting import joint
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import _dithered, echoes, without
 from impactsig.fitting._followed import Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
+from impactsig.fitting._machine import PARAMETERS
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
@@ -273,6 +275,29 @@ def test_a_machine_with_two_stops_may_be_seen_from_either():
 
 
 # -- which kind it is --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ahead", "given_up"), [(0.0, False), (2.1, True)])
+def test_kinds_are_given_up_by_the_score_of_all_instants(monkeypatch, ahead, given_up):
+    """That of the echoes, which no orbit follows, once was not counted, and the right kind went."""
+    trains = [train_with_echoes(0.4, seed=seed)[0] for seed in (1, 2)]
+    heard = echoes(trains, [FREQUENCY] * 2)
+    apart = sum(heard.cost(k, FREQUENCY) for k in (0, 1))
+    near = joint.NEAR * sum(int(np.sum(~which)) for which in heard.which)
+    assert apart < -2 * near
+    enough = []
+    monkeypatch.setattr(joint, "simulated_like", lambda *_: [])
+    monkeypatch.setattr(joint, "balanced", lambda _: [])
+    monkeypatch.setattr(joint, "nearest", lambda *_: SimpleNamespace(score=500.0, theta=None))
+    monkeypatch.setattr(joint, "together", lambda *given: enough.append(given[-1]))
+    names = ("restitution", "damping", "amplitude")
+    limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
+    rng = np.random.default_rng(1)
+    asked = joint.Asked(names, {"natural_frequency": 22.2}, limits, False, ("rigid", "echo"), rng)
+    better = SimpleNamespace(first=500.0 + apart - ahead * near, evidence=300.0, kind="rigid")
+    found = joint._candidate("echo", trains, [FREQUENCY] * 2, asked, heard, None, better)
+    assert (found is not None) == given_up
+    assert enough == ([] if given_up else [pytest.approx(near - apart - 300.0)])
 
 
 @pytest.mark.slow
