@@ -35,8 +35,7 @@ _HEADS = (
 )  # fmt: skip
 _CAPTIONS = {
     "period": "The motion of every run: period(m, n) is m impacts in n forcing periods.",
-    "interval": "Intervals between impacts: strokes to the left of their value are of the way up, "
-    "to the right of the way down, here and below.",
+    "interval": "Intervals between impacts",
     "peak": "Peaks of the impacts.",
     "contact_time": "Contact times.",
     "phase": "Phases of the impacts in the forcing period: from the zero of the forcing where it "
@@ -45,6 +44,10 @@ _CAPTIONS = {
     "time_in_contact": "Share of the time in contact.",
     "dimension": "Correlation dimension of the intervals, with its 95 % confidence interval.",
 }
+_STROKES = (
+    ": strokes to the left of their value are of the way up, to the right of the way down, here "
+    "and below"
+)
 _WIDE = ("period", "interval")
 
 
@@ -157,7 +160,10 @@ def _summary(experiment: Experiment) -> str:
 
 def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
     """Diagrams of all measured quantities."""
+    directed = any(point.branch in plot.experiments.BRANCH_MARKS for point in experiment.points())
     for observe, caption in _CAPTIONS.items():
+        if observe == "interval":
+            caption += f"{_STROKES if directed else ''}."
         beside = simulated if observe in plot.experiments.SIMULATED else ()
         wide = observe in _WIDE
         height = 2.4 if observe == "period" else 3.4
