@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 RUNS, JUMPS, RECORDINGS = "runs.csv", "jumps.csv", "recordings"
 SHOWN = 2000
 """Runs that the page lists; the table of all is beside it."""
+NAMED = 5
+"""Runs of one note that are named."""
 UNCUT = 60
 """Runs up to which their table is shown whole, rather than in a window that is scrolled."""
 _HEADS = (
@@ -133,6 +135,7 @@ def _page(
         reportless=_reasons(
             (entry.path.name, entry.summary) for entry in entries.values() if entry.page is None
         ),
+        notes=_reasons(_notes(experiment)),
         runs=RUNS,
         table_of_jumps=JUMPS,
     )
@@ -212,6 +215,17 @@ def _rows(
             }
         )
     return heads, rows
+
+
+def _notes(experiment: Experiment) -> Iterator[tuple[str, str]]:
+    """What is to be known of runs: which have a note, and the note."""
+    noted: dict[str, list[str]] = {}
+    for path, notes in zip(experiment.files, experiment.to_frame()["notes"], strict=True):
+        if notes:
+            noted.setdefault(notes, []).append(path.name)
+    for notes, names in noted.items():
+        more = len(names) - NAMED
+        yield ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else ""), notes
 
 
 def _reasons(failed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

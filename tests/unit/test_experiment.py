@@ -242,6 +242,22 @@ def test_the_parameter_comes_from_a_table_or_from_metadata(tmp_path):
     assert "a number among the metadata" in str(next(iter(found.errors.values())))
 
 
+def test_a_run_that_its_frequency_did_not_force_is_noted(tmp_path):
+    """A sweep, or a wrong name, among steady runs was read as one of them without a word."""
+    t, rng = np.arange(12 * RATE) / RATE, np.random.default_rng(1)
+    for name, phase in (("20.0Hz", 20 * t), ("21.0Hz", 20 * t), ("22.0Hz", 22 * t + 0.3 * t**2)):
+        samples = 5e-3 * rng.standard_normal(len(t))
+        since = (phase % 1) / 0.04  # of a period
+        samples += np.where(since < 1, np.sin(np.pi * since), 0)
+        (tmp_path / "up").mkdir(exist_ok=True)
+        soundfile.write(tmp_path / "up" / f"{name}.wav", samples / 2, RATE, subtype="PCM_24")
+    runs = Experiment.read(tmp_path, RIG, workers=1)
+    noted = ["keep no phase" in note for note in runs.to_frame()["notes"]]
+    assert noted == [False, True, True]
+    page = runs.write_report(tmp_path / "page", reports=False).read_text(encoding="utf-8")
+    assert "21.0Hz.wav, 22.0Hz.wav" in page
+
+
 @pytest.mark.parametrize(
     ("said", "branch"),
     [("rising", "up"), ("Falling", "down"), ("UP", "up"), ("Decreasing", "down"), ("dry", "dry")],
