@@ -64,7 +64,8 @@ def worked_out(path: Path, rig: Rig, frequency: float | None) -> Run:
         value = recorded_value(rig, path, frequency)
         summary = described(impacts, rig, None if rig.sweep else frequency, instants)
     notes = [str(one.message) for one in caught if issubclass(one.category, ImpactsigWarning)]
-    if not rig.sweep and frequency and len(impacts) and not keeps_phase(impacts.time, frequency):
+    stated = frequency if instants is None and not rig.sweep else None
+    if stated and len(impacts) > 1 and not keeps_phase(impacts.time, stated):
         notes.append(UNLOCKED)
     return Run(
         impacts,
