@@ -11,7 +11,7 @@ import numpy as np
 
 from ..detect.files import detect_file
 from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
-from ..intervals.forcing import forcing_cycles, rising_instants
+from ..intervals.forcing import forcing_cycles, keeps_phase, rising_instants
 from ..intervals.period import identify_period
 from ..io import read
 from ._contacts import mean_contact
@@ -24,6 +24,11 @@ from .rig import Rig
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..intervals import Periodicity
+
+UNLOCKED = (
+    "the impacts keep no phase of a forcing within 0.2 % of the stated frequency: was it swept, or "
+    "is it another?"
+)
 
 
 class Run(NamedTuple):
@@ -59,6 +64,9 @@ def worked_out(path: Path, rig: Rig, frequency: float | None) -> Run:
         value = recorded_value(rig, path, frequency)
         summary = described(impacts, rig, None if rig.sweep else frequency, instants)
     notes = [str(one.message) for one in caught if issubclass(one.category, ImpactsigWarning)]
+    stated = frequency if instants is None and not rig.sweep else None
+    if stated and len(impacts) > 1 and not keeps_phase(impacts.time, stated):
+        notes.append(UNLOCKED)
     return Run(
         impacts,
         summary

@@ -33,10 +33,10 @@ COLUMNS = (
     "impacts_per_period", "interval", "interval_spread", "contact_time", "contact_time_error",
     "contact_time_spread", "time_in_contact", "peak", "peak_spread", "impulse", "impulse_spread",
     "jitter", "missed", "spurious", "dimension", "dimension_low", "dimension_high", "duration",
-    "unit", "sensor", "reason", "recorded_at",
+    "unit", "sensor", "reason", "recorded_at", "notes",
 )  # fmt: skip
 """Of the table of runs, after file, parameter and branch."""
-_WORDS = ("period", "kind", "unit", "sensor", "reason", "recorded_at")
+_WORDS = ("period", "kind", "unit", "sensor", "reason", "recorded_at", "notes")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,7 +200,10 @@ class Experiment(Shown):
             self.parameter: self.values.tolist(),
             "branch": list(self.branches),
         }
-        rows = [{name: row.get(name) for name in COLUMNS} for row in self._rows()]
+        rows = [
+            {name: row.get(name) for name in COLUMNS} | {"notes": "; ".join(row["notes"])}
+            for row in self._rows()
+        ]
         for name in COLUMNS:
             values = [row[name] for row in rows]
             columns[name] = values if name in _WORDS else [_number(one) for one in values]

@@ -12,6 +12,12 @@ from typing import Any, NamedTuple
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile
 from .rig import Rig
 
+DIRECTIONS = {
+    "up": ("upward", "upwards", "rising", "increasing", "ascending", "forward"),
+    "down": ("downward", "downwards", "falling", "decreasing", "descending", "backward"),
+}
+"""Other words for the two branches whose direction is known."""
+
 
 class Place(NamedTuple):
     """Parameter value and branch of a run."""
@@ -20,6 +26,12 @@ class Place(NamedTuple):
     """Of the parameter; NaN where the recording itself tells it."""
     branch: str
     """"up", "down", another word of the user's, or empty."""
+
+    @classmethod
+    def of(cls, value: float, branch: str) -> Place:
+        """With the branch in small letters, and by its direction if the word tells one."""
+        word = branch.lower()
+        return cls(value, next((one for one, said in DIRECTIONS.items() if word in said), word))
 
 
 def places(rig: Rig, folder: Path) -> Callable[[Path], Place | ImpactsigError]:
@@ -57,7 +69,7 @@ def _named(
         return InvalidInput(
             "parameter.pattern", match["value"], f"a group value that is a number, in {name}"
         )
-    return Place(value, (match.groupdict().get("branch") or usual).lower())
+    return Place.of(value, match.groupdict().get("branch") or usual)
 
 
 def _rows(path: Path, usual: str) -> dict[str, Place]:
@@ -80,7 +92,7 @@ def _rows(path: Path, usual: str) -> dict[str, Place]:
         value = _number(line["value"])
         if value is None:
             raise UnreadableFile(path, f"line {number}: {line['value']!r} is no number")
-        rows[line["file"]] = Place(value, (line.get("branch") or usual).lower())
+        rows[line["file"]] = Place.of(value, line.get("branch") or usual)
     return rows
 
 

@@ -37,7 +37,8 @@ class Rig:
         ``from``: the "file name" (``pattern``, a regular expression with a group "value" and
         perhaps one named "branch"), a "table" (a CSV file with the columns file, value and perhaps
         branch), a "channel" (its mean, or the frequency of the forcing), or "metadata" of the file
-        (``key``). ``branch``, "up" or "down", is that of runs that say none.
+        (``key``). ``branch``, "up" or "down", is that of runs that say none; "rising", "increasing"
+        and the like are taken for "up", their contraries for "down".
     forcing : mapping
         ``frequency``: "parameter" where that is the forcing frequency [Hz], or a number.
     reading, raw : mapping

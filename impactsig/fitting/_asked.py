@@ -12,19 +12,14 @@ from .._arguments import number
 from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
+from ..intervals.forcing import frequencies_about, gathered, keeps_phase
 from ..oscillators import Oscillator
 from ._machine import KINDS, PARAMETERS, parameters_of
 
-CLOCK_ERROR = 2e-3
-"""Share by which the forcing frequency is refined on the impacts' phases."""
 ALIKE = 1e-3
 """Range of the strengths, as a share, below which they tell nothing."""
 APART = 100.0
 """Forcing periods an interval, or intervals a period, beyond which the period is a mistake."""
-HARMONICS, UNLOCKED = 4, 0.025
-"""Harmonics of the forcing, and the squared vector strength of the impacts' phases below which they
-are not forced by it. Of 376 irregular trains of 100 or 500 impacts of all kinds of machine the
-strongest harmonic has 0.03 or more; at periods that are wrong, 0.02."""
 LOCKED = 25.0
 """Squared vector strength times the number of impacts from which the phases tell the frequency."""
 
@@ -153,28 +148,11 @@ def observed(impacts: Any, forcing_period: float, fewest: int) -> tuple[Impacts,
 
 def refuse_unlocked(impacts: Impacts, frequency: float) -> None:
     """Refuse a forcing of which the impacts keep no phase, nor that of a harmonic."""
-    time = impacts.time - impacts.time[0]
-    trials = _trials(time, frequency)
-    for harmonic in range(1, HARMONICS + 1):
-        if max(_gathered(time, harmonic * trial) for trial in trials) > UNLOCKED:
-            return
-    raise InvalidInput(
-        "forcing_period", 1 / frequency, "the period that forced these impacts, right to 0.2 %",
-        "They come at all of its phases alike, as those of a machine that it forces do not",
-    )  # fmt: skip
-
-
-def _trials(time: np.ndarray, frequency: float) -> np.ndarray:
-    """Frequencies within 0.2 %, as close as the impacts tell them apart."""
-    step = 0.2 / time[-1]
-    reach = min(CLOCK_ERROR * frequency, 2000 * step)
-    trials: np.ndarray = np.arange(frequency - reach, frequency + reach + step / 2, step)
-    return trials
-
-
-def _gathered(time: np.ndarray, frequency: float) -> float:
-    """Squared vector strength of the phases."""
-    return float(np.abs(np.exp(2j * np.pi * frequency * time).mean()) ** 2)
+    if not keeps_phase(impacts.time, frequency):
+        raise InvalidInput(
+            "forcing_period", 1 / frequency, "the period that forced these impacts, right to 0.2 %",
+            "They come at all of its phases alike, as those of a machine that it forces do not",
+        )  # fmt: skip
 
 
 def refined(impacts: Impacts, frequency: float) -> float:
@@ -182,10 +160,10 @@ def refined(impacts: Impacts, frequency: float) -> float:
     from scipy.optimize import minimize_scalar
 
     time = impacts.time - impacts.time[0]
-    step, trials = 0.2 / time[-1], _trials(time, frequency)
-    best = trials[np.argmax([_gathered(time, trial) for trial in trials])]
+    step, trials = 0.2 / time[-1], frequencies_about(time, frequency)
+    best = trials[np.argmax([gathered(time, trial) for trial in trials])]
     found = minimize_scalar(
-        lambda trial: -_gathered(time, trial), bounds=(best - step, best + step), method="bounded",
+        lambda trial: -gathered(time, trial), bounds=(best - step, best + step), method="bounded",
         options={"xatol": 1e-4 * step},
     )  # fmt: skip
     return float(found.x) if -found.fun * len(time) > LOCKED else frequency

@@ -18,6 +18,8 @@ from .._watched import progress
 from ._followed import BEGUN, Followed, Laid, Seen
 
 ROUNDS, ENDS, STEPS = 5, 6, 8
+MORE = 12  # rounds at most after these, while the parameters still drift
+DRIFT = 1.0  # standard errors between the halves of the last rounds, from which on they do
 SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step, until one does not raise the loss
 AMPLITUDE, PHASE = 2, 4  # places in theta
 LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1, 0.2])  # of a step, on the scale of the parameters
@@ -92,7 +94,7 @@ def together(
     near: list[Joint] = []
     seeds = rng.integers(2**32, size=len(seen)).tolist()
     with progress(ROUNDS + ENDS, " rounds", leave=False) as advance:
-        for number in range(ROUNDS + ENDS):
+        for number in range(ROUNDS + ENDS + MORE):
             if number >= ROUNDS:  # other states beside the instants, and so other courses
                 seeds = rng.integers(2**32, size=len(seen)).tolist()
             found = _round(layout, theta, seen, box, seeds)
@@ -104,9 +106,21 @@ def together(
             if number == ROUNDS - 1 and found.score > enough:
                 return found
             if number >= ROUNDS:
-                near.append(found)
-            advance(1)
+                near = [*near, found][-ENDS:]
+            if number < ROUNDS + ENDS:
+                advance(1)
+            if len(near) == ENDS and not _drifts(layout, near):
+                break
     return _mean(layout, near)
+
+
+def _drifts(layout: Layout, near: list[Joint]) -> bool:
+    """Whether what the trains share still moves from round to round, along the ridge they leave."""
+    shared = np.array([one.theta[0, list(layout.shared)] for one in near])
+    half = len(near) // 2
+    off = np.abs(shared[half:].mean(axis=0) - shared[:half].mean(axis=0))
+    error = np.sqrt([np.diag(one.covariance)[: len(layout.shared)] for one in near]).mean(axis=0)
+    return bool((off > DRIFT * error).any())
 
 
 def nearest(

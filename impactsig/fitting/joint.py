@@ -188,8 +188,10 @@ def _candidate(
     if kind == "soft" and "restitution" in limits:
         low, high = limits["restitution"]
         limits["restitution"] = max(low, min(LEAST["restitution"], high)), high
+    apart = 0.0  # score of the instants that its orbits have not to follow
     if kind == "echo" and heard is not None:
         trains = [without(train, echo) for train, echo in zip(trains, heard.which, strict=True)]
+        apart = sum(heard.cost(k, frequency) for k, frequency in enumerate(frequencies))
     problems = [
         Problem(names, asked.known, limits, frequency, train, asked.rng)
         for train, frequency in zip(trains, frequencies, strict=True)
@@ -217,9 +219,10 @@ def _candidate(
     near = NEAR * sum(len(train.x) for train in trains)
     if kind == "soft":  # comes into its own in the last rounds only
         better = None
-    if better is not None and first.score > better.first + 2 * near:
-        return Candidate(kind, problems, layout, first, -math.inf, first.score)
-    enough = near - (-math.inf if better is None else better.evidence)
+    begin = first.score + apart
+    if better is not None and begin > better.first + 2 * near:
+        return Candidate(kind, problems, layout, first, -math.inf, begin)
+    enough = near - apart - (-math.inf if better is None else better.evidence)
     joint = together(layout, first.theta, seen, box, asked.rng, propose, enough)
     if asked.common and joint is not None:  # each by itself first: tied, one astray holds all
         layout = _layout(names, True, count)
@@ -230,11 +233,9 @@ def _candidate(
         return None
     if kind == "two-sided" and "amplitude" in names:
         joint = mirrored(layout, joint)
-    score = joint.score
-    if kind == "echo" and heard is not None:
-        score += sum(heard.cost(k, frequency) for k, frequency in enumerate(frequencies))
+    score = joint.score + apart
     spread = np.linalg.slogdet(joint.covariance)[1] - 2 * np.log(WIDEST[layout.kinds]).sum()
-    return Candidate(kind, problems, layout, joint, spread / 2 - score, first.score)
+    return Candidate(kind, problems, layout, joint, spread / 2 - score, begin)
 
 
 def _second(joint: Joint) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,7 +15,10 @@ from .axes import (
     CHANNEL_COLOURS,
     GREEN,
     GREY,
+    ORANGE,
+    PURPLE,
     RASTER_ABOVE,
+    SKY,
     VERMILLION,
     axes,
     frame,
@@ -46,6 +49,7 @@ OF_IMPACTS = ("interval", "peak", "contact_time", "impulse", "phase")
 SIMULATED = ("peak", "impacts_per_period", "period")
 """What a bifurcation diagram has a counterpart of."""
 BRANCH_COLOURS = {"up": BLUE, "down": VERMILLION}
+OTHER_COLOURS = (GREEN, PURPLE, ORANGE, SKY)  # of branches in turn that have no direction
 BRANCH_MARKS = {"up": TICKLEFT, "down": TICKRIGHT}
 """Of every impact a stroke to one side of its value, so that no branch hides another."""
 STROKE = 0.4
@@ -137,7 +141,7 @@ def _clouds(
     if diagrams:
         _scaled_velocities(ax, clouds, diagrams)
     stroke = _stroke(ax, len({point.value for point, _ in clouds}))
-    for branch in dict.fromkeys(point.branch for point, _ in clouds):
+    for branch, colour in _colours(point.branch for point, _ in clouds).items():
         own = [(point, cloud) for point, cloud in clouds if point.branch == branch]
         x = np.concatenate([np.full(len(cloud), point.value) for point, cloud in own])
         y = np.concatenate([cloud for _, cloud in own])
@@ -145,7 +149,7 @@ def _clouds(
         if branch in BRANCH_MARKS:
             marks = {"marker": BRANCH_MARKS[branch], "markersize": stroke, "markeredgewidth": 0.9}
         ax.plot(
-            x, y, linestyle="none", color=_colour(branch), alpha=0.5, label=branch or None,
+            x, y, linestyle="none", color=colour, alpha=0.5, label=branch or None,
             rasterized=len(x) > RASTER_ABOVE, **marks,
         )  # fmt: skip
     _branches(ax, 2)
@@ -210,15 +214,15 @@ def _lines(
             label="simulated" if one is diagrams[0] else None,
         )  # fmt: skip
     branches = np.array(result.branches, object)
-    for k, branch in enumerate(dict.fromkeys(result.branches)):
+    for k, (branch, colour) in enumerate(_colours(result.branches).items()):
         own = branches == branch
         ax.plot(
-            result.values[own], values[own], color=_colour(branch), marker="o",
+            result.values[own], values[own], color=colour, marker="o",
             markersize=2.5 if k else 5.5, linewidth=0.8 if k else 2.4, label=branch or None,
         )  # fmt: skip
         if observe == "dimension":
             low, high = (table[f"dimension_{end}"].to_numpy(float)[own] for end in ("low", "high"))
-            ax.vlines(result.values[own], low, high, color=_colour(branch), linewidth=0.8)
+            ax.vlines(result.values[own], low, high, color=colour, linewidth=0.8)
     _branches(ax, 1)
     ax.set_ylabel(LABELS[observe])
 
@@ -295,5 +299,9 @@ def _motion(diagram: BifurcationDiagram, k: int) -> str:
     return f"period({diagram.impacts[k]},{diagram.periods[k]})"
 
 
-def _colour(branch: str) -> str:
-    return BRANCH_COLOURS.get(branch, GREEN if branch else BLUE)
+def _colours(branches: Iterable[str]) -> dict[str, str]:
+    """Of each branch its colour."""
+    names = dict.fromkeys(branches)
+    others = [one for one in names if one and one not in BRANCH_COLOURS]
+    own = dict(zip(others, OTHER_COLOURS * len(others), strict=False))
+    return {one: BRANCH_COLOURS.get(one) or own.get(one, BLUE) for one in names}

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 RUNS, JUMPS, RECORDINGS = "runs.csv", "jumps.csv", "recordings"
 SHOWN = 2000
 """Runs that the page lists; the table of all is beside it."""
+NAMED = 5
+"""Runs of one note that are named."""
 UNCUT = 60
 """Runs up to which their table is shown whole, rather than in a window that is scrolled."""
 _HEADS = (
@@ -35,8 +37,7 @@ _HEADS = (
 )  # fmt: skip
 _CAPTIONS = {
     "period": "The motion of every run: period(m, n) is m impacts in n forcing periods.",
-    "interval": "Intervals between impacts: strokes to the left of their value are of the way up, "
-    "to the right of the way down, here and below.",
+    "interval": "Intervals between impacts",
     "peak": "Peaks of the impacts.",
     "contact_time": "Contact times.",
     "phase": "Phases of the impacts in the forcing period: from the zero of the forcing where it "
@@ -45,6 +46,10 @@ _CAPTIONS = {
     "time_in_contact": "Share of the time in contact.",
     "dimension": "Correlation dimension of the intervals, with its 95 % confidence interval.",
 }
+_STROKES = (
+    ": strokes to the left of their value are of the way up, to the right of the way down, here "
+    "and below"
+)
 _WIDE = ("period", "interval")
 
 
@@ -130,6 +135,7 @@ def _page(
         reportless=_reasons(
             (entry.path.name, entry.summary) for entry in entries.values() if entry.page is None
         ),
+        notes=_reasons(_notes(experiment)),
         runs=RUNS,
         table_of_jumps=JUMPS,
     )
@@ -157,7 +163,10 @@ def _summary(experiment: Experiment) -> str:
 
 def _pictures(experiment: Experiment, simulated: Any) -> Iterator[Picture]:
     """Diagrams of all measured quantities."""
+    directed = any(point.branch in plot.experiments.BRANCH_MARKS for point in experiment.points())
     for observe, caption in _CAPTIONS.items():
+        if observe == "interval":
+            caption += f"{_STROKES if directed else ''}."
         beside = simulated if observe in plot.experiments.SIMULATED else ()
         wide = observe in _WIDE
         height = 2.4 if observe == "period" else 3.4
@@ -206,6 +215,17 @@ def _rows(
             }
         )
     return heads, rows
+
+
+def _notes(experiment: Experiment) -> Iterator[tuple[str, str]]:
+    """What is to be known of runs: which have a note, and the note."""
+    noted: dict[str, list[str]] = {}
+    for path, notes in zip(experiment.files, experiment.to_frame()["notes"], strict=True):
+        if notes:
+            noted.setdefault(notes, []).append(path.name)
+    for notes, names in noted.items():
+        more = len(names) - NAMED
+        yield ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else ""), notes
 
 
 def _reasons(failed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

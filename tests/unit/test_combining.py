@@ -85,6 +85,26 @@ def test_two_load_cells_tell_the_stops_apart():
     assert both.delays[1] == pytest.approx(1e-4)
 
 
+@pytest.mark.parametrize("late", [-3e-3, 3e-3])
+def test_stops_hit_in_turn_are_not_one_that_is_late(late):
+    """Once half of the impacts were lost: each of one load cell has a partner 18 ms later."""
+    rng = np.random.default_rng(9)
+    left = 0.1 + np.arange(0, 5, 0.0976) + 1e-5 * rng.standard_normal(52)
+    right = left[:-1] + 0.0182 + 1e-5 * rng.standard_normal(51)
+    cells = [
+        Impacts(one, peak=np.ones(len(one)), unit="N", sensor="force") for one in (left, right)
+    ]
+    both = combine_impacts(cells, stops=[0, 1])
+    assert np.bincount(both.impacts.stop_index).tolist() == [52, 51]
+    assert both.delays[1] == 0
+    assert not both.impacts.notes
+    # A microphone before them, so that the cells have a delay of their own that they share.
+    room = Impacts(np.sort(np.append(left, right)) + late, sensor="sound", peak=np.ones(103))
+    three = combine_impacts([room, *cells], stops=[None, 0, 1])
+    np.testing.assert_allclose(three.delays[1:], -late, atol=1e-5)
+    assert np.bincount(three.impacts.stop_index).tolist() == [52, 51]
+
+
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_a_microphone_leaves_what_the_load_cell_measured(order):
     """Contact times and peaks once dropped out; what the cell missed is filled in, error inf."""

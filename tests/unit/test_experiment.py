@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import soundfile
 from impactsig import Experiment, InvalidInput, Rig, UnreadableFile, detect_impacts, read
 from impactsig.experiment import _reading
 from impactsig.experiment._kept import Kept
+from impactsig.experiment.parameter import Place, _named, places
 
 RATE = 10_000
 RIG = Rig(
@@ -30,6 +32,8 @@ RIG = Rig(
     },
     forcing={"frequency": "parameter"},
 )
+
+RIG_WORDS = "(?P<branch>[a-zA-Z]+)_(?P<value>[0-9.]+)Hz"
 
 
 def record(path, frequency, impacts=1, seed=0, drive=False):
@@ -236,6 +240,35 @@ def test_the_parameter_comes_from_a_table_or_from_metadata(tmp_path):
     found = Experiment.read(tmp_path, Rig(RIG.channel, by_title), workers=1)
     assert (found.values.tolist(), found.branches) == ([12.5], ("down",))
     assert "a number among the metadata" in str(next(iter(found.errors.values())))
+
+
+def test_a_run_that_its_frequency_did_not_force_is_noted(tmp_path):
+    """A sweep, or a wrong name, among steady runs was read as one of them without a word."""
+    t, rng = np.arange(12 * RATE) / RATE, np.random.default_rng(1)
+    for name, phase in (("20.0Hz", 20 * t), ("21.0Hz", 20 * t), ("22.0Hz", 22 * t + 0.3 * t**2)):
+        samples = 5e-3 * rng.standard_normal(len(t))
+        since = (phase % 1) / 0.04  # of a period
+        samples += np.where(since < 1, np.sin(np.pi * since), 0)
+        (tmp_path / "up").mkdir(exist_ok=True)
+        soundfile.write(tmp_path / "up" / f"{name}.wav", samples / 2, RATE, subtype="PCM_24")
+    runs = Experiment.read(tmp_path, RIG, workers=1)
+    noted = ["keep no phase" in note for note in runs.to_frame()["notes"]]
+    assert noted == [False, True, True]
+    page = runs.write_report(tmp_path / "page", reports=False).read_text(encoding="utf-8")
+    assert "21.0Hz.wav, 22.0Hz.wav" in page
+
+
+@pytest.mark.parametrize(
+    ("said", "branch"),
+    [("rising", "up"), ("Falling", "down"), ("UP", "up"), ("Decreasing", "down"), ("dry", "dry")],
+)
+def test_a_branch_is_known_by_its_direction(tmp_path, said, branch):
+    """A way down of another name once was read upwards, and had no hysteresis."""
+    named = _named(tmp_path / f"{said}_20.0Hz.wav", tmp_path, re.compile(RIG_WORDS), "")
+    assert named == Place(20.0, branch)
+    (tmp_path / "runs.csv").write_text(f"file,value,branch\na.wav,20,{said}\n", encoding="utf-8")
+    rig = Rig(channel=RIG.channel, parameter={"from": "table", "table": "runs.csv"})
+    assert places(rig, tmp_path)(tmp_path / "a.wav") == Place(20.0, branch)
 
 
 def test_a_folder_needs_a_rig_and_recordings(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -42,6 +44,18 @@ def test_every_impact_is_drawn_at_its_value(experiment, ax):
     np.testing.assert_allclose(at_21, 1 / 21, rtol=1e-3)
     assert ax.get_xlabel() == "frequency [Hz]"
     assert ax.get_ylabel() == "interval [ms]"
+
+
+@pytest.mark.parametrize("observe", ["interval", "impacts_per_period"])
+def test_branches_without_a_direction_have_colours_of_their_own(experiment, ax, observe):
+    others = replace(experiment, branches=("dry", "dry", "oiled", "oiled"))
+    others.plot(observe, ax)
+    first, second = ax.lines
+    assert (first.get_label(), second.get_label()) == ("dry", "oiled")
+    assert len({to_hex(line.get_color()) for line in (first, second)}) == 2
+    captions = [picture.caption for picture in page._pictures(others, ())]
+    assert not any("strokes" in one for one in captions)
+    assert any("strokes" in picture.caption for picture in page._pictures(experiment, ()))
 
 
 def test_peaks_of_a_simulation_are_scaled_to_those_measured(experiment, ax):

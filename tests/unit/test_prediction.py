@@ -18,8 +18,9 @@ from impactsig.fitting.prediction import _band, _edges, _rank, predicted
 @pytest.fixture(scope="module")
 def train():
     motion = simulate(scenes.karpodinis(20.1), periods=1200, transient=300)
-    # Of seed 3 the return map is among the farthest tenth, so that its rank hangs on the draws.
-    return measure(motion.impacts, jitter=2e-4, missed=0.02, spurious=0.01, seed=4).impacts
+    # Of 27 trains 25 have p > 0.05 of both; seeds 3 (0.03) and 102 (0.01) have not. Of this it is
+    # 0.6, so that r 0.25 for 0.2 or a jitter half as large again is noticed, as not of one of 0.97.
+    return measure(motion.impacts, jitter=2e-4, missed=0.02, spurious=0.01, seed=117).impacts
 
 
 @pytest.fixture(scope="module")
