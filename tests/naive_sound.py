@@ -151,6 +151,108 @@ def band_rise(x, rate, hop, bands, freedom, lag, size=256):
     return np.where(known, rise, 0.0), np.where(known, likelihood, 0.0), known
 
 
+def rise_likelihood(x, scale, rate, heard, size=4096):
+    """H of every fourth frame, without digital silence; `heard` says where narrow bands are."""
+    hop, count = scale.hop, -(-len(x) // scale.hop)
+    whole, more = extended(x, hop, 80)
+    real = len(x) // hop - 4
+    blocks, block = -(-count // 128), 128 * hop / rate
+    near = round(1 / block)
+    out = np.where(np.arange(4 * -(-count // 16)) < -(-count // 4), 3.0, 0.0)
+    for k in range(scale.octaves + 3):
+        detail = np.convolve(np.append(whole, whole[-1]), DETAIL, mode="valid")[::2]
+        detail = np.append(detail, np.zeros(len(whole) // 2 - len(detail)))
+        whole = np.convolve(np.pad(whole, 2, mode="edge"), SMOOTH, mode="valid")[::2]
+        low = k >= scale.octaves
+        per = max(hop // 2 ** (k + 1), 1)  # coefficients that make one power
+        frames = max(2 ** (k + 1) // hop, 1)  # that it lasts
+        power = (detail[: len(detail) // per * per] ** 2).reshape(-1, per).mean(axis=1)
+        begin = more // frames
+        width = max(round(scale.forward / frames), 4) if low else scale.forward
+        falling = np.arange(width, 0, -1) / np.arange(width, 0, -1).sum()
+
+        def mean(first, last, power=power, begin=begin, frames=frames):
+            return power[begin + first // frames : begin + last // frames].mean()
+
+        parts = np.array([mean(32 * g, 32 * g + 32) for g in range(-(-count // 32))])
+        if low:
+            sure = [heard[2 * g : 2 * g + 2].all() for g in range(len(parts))]
+            sure = np.pad(np.array(sure) & (2 * np.arange(len(parts)) + 1 < len(heard)), (0, 4))
+            known = [np.flatnonzero(sure[4 * g : 4 * g + 4]) + 4 * g for g in range(blocks)]
+            means = [
+                parts[i].mean() if len(i) else parts[4 * g : 4 * g + 4].mean()
+                for g, i in enumerate(known)
+            ]
+            samples = [(g, means[g]) for g in range(blocks) if heard[8 * g : 8 * g + 8].any()]
+            freedom = 128 / frames
+        else:
+            short = np.array([mean(8 * g, 8 * g + 8) for g in range(2 * -(-count // 16))])
+            means = np.pad(short, (0, -len(short) % 16)).reshape(-1, 16).mean(axis=1)
+            sure = [8 * g >= 4 and 8 * g + 8 <= real for g in range(len(short))]
+            samples = [(g // 16, short[g]) for g in np.flatnonzero(sure)]
+            freedom = 8 * hop / 2 ** (k + 1)
+        half = 0.75 * per * width * (width + 1) / (2 * width + 1)
+        for first, last, lowest, highest in windows_of(count, size, round(4 / block)):
+            noise = quantile_power([v for g, v in samples if lowest <= g < highest], freedom)
+            for g in range(first, last):
+                about = [parts[min(max(4 * g - 6 + i, 0), len(parts) - 1)] for i in range(16)]
+                usual = np.sort(about)[8] / (1 - 2 / (9 * 32 * per / frames)) ** 3
+                strongest = max(means[max(g - near, 0) : g + near + 1])
+                for j in range(128 * g, min(128 * g + 128, count), 4):
+                    at = begin + j // frames
+                    before = power[at - width : at].mean()
+                    ratio = power[at : at + width] @ falling
+                    ratio /= max(before, noise, 1e-4 * strongest, usual)
+                    if ratio > 1:
+                        out[j // 4] = max(out[j // 4], half * (ratio - 1 - np.log(ratio)))
+    return out
+
+
+def by_rises(judged, c, h, b, known, spread, frame):
+    """Probabilities of crests by H as well, and those of crests of H, by frame."""
+    reach, second = round(0.008 / frame / 4), round(1 / frame / 16)
+    odds = {j: np.log(p / (1 - p)) if p < 1 else 50 for j, p in judged.items()}
+    group = {j: min(round(j / 16), len(b) - 1) for j in odds}
+    close = round(0.005 / frame / 4)
+    here = {j: h[max(j // 4 - close, 0) : j // 4 + close + 1].max() for j in odds}
+    evident = {j for j in odds if odds[j] > 1 and (here[j] > 20 or not known[group[j]])}
+    duration = len(b) * 16 * frame + 10
+    turned = {}
+    for j, x in odds.items():
+        turned[j] = x
+        if x <= -2 or not known[group[j]]:
+            continue
+        often = 1 / 60 + len(evident - {j}) / duration
+        rise = b[max(group[j] - 2, 0) : group[j] + 3].max()
+        if here[j] < 12:
+            least = 4 if rise >= 0.33 else 1
+            turned[j] = min(x, x + 1.5 * np.log((1 + here[j]) * min(often, 1) / least))
+    alone = [i for i in crests(h, reach) if h[i] > 6.4]
+    often = 1 / 60 + len(evident) / duration
+    for i in alone:
+        g = min(round(i / 4), len(b) - 1)
+        near = [j for j in odds if -0.01 / frame <= j - 4 * i < 0.01 / frame]
+        if h[i] <= 16 or any(odds[j] > 0 for j in near) or not known[g]:
+            continue
+        number = sum(abs(j - i) <= int(0.05 / frame / 4) and h[j] > 0.4 * h[i] for j in alone)
+        before = h[max(i - round(0.1 / frame / 4), 0) : i - round(0.006 / frame / 4) + 1].max()
+        x = 0.31 * np.log(1 + h[i]) - 0.81 * number + 1.51 * np.log(often) + 0.7
+        x -= 2.43 * np.log(max(b[max(g - second, 0) : g + second + 1].max(), 0.33))
+        x = min(x, (h[i] - 16) / 3, 3 * np.log(h[i] / (0.3 * before)))
+        x -= np.log(1 + rattle_near(c, 4 * i, frame) / (spread * (1.9 + 9 * spread)))
+        best = max(near, key=lambda j: turned[j], default=4 * i)
+        best = best if turned.get(best, -np.inf) > -2 else 4 * i
+        turned[best] = max(x, turned.get(best, -np.inf))
+    return {j: 1 / (1 + np.exp(-x)) for j, x in turned.items()}
+
+
+def rattle_near(c, j, frame):
+    """The rattle about frame j, without digital silence."""
+    reach, g = round(1 / (128 * frame)), j // 128
+    sample = np.sort(c[128 * max(g - reach, 0) : 128 * (g + reach + 1) : 16])
+    return max(50 * sample[int(0.75 * len(sample))], 12 * sample[int(0.9 * len(sample))])
+
+
 def crests(values, spacing):
     """Frames that no frame within `spacing` exceeds, nor equals before."""
     padded = np.pad(values, spacing)
@@ -174,10 +276,7 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
         around = b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
         near = slice(max(i - 2, 0), i + 3)
         bound = b[near].max() / max(0.035, around) if known[i] else np.inf
-        reach = round(1 / (128 * frame))
-        g = j // 128
-        sample = np.sort(c[128 * max(g - reach, 0) : 128 * (g + reach + 1) : 16])
-        rattle = max(50 * sample[int(0.75 * len(sample))], 12 * sample[int(0.9 * len(sample))])
+        rattle = rattle_near(c, j, frame)
         a = spread * (1.9 + 9 * spread)
         around = np.sort(c[place[(place >= j - 1 / frame) & (place < j + 1 / frame)]])
         crowd = around[-80] if len(around) >= 80 else 0.0

@@ -534,6 +534,11 @@ def test_twin(rate):
     judged = naive_sound.probability(
         c, loud, b, likelihood, known, scale.spacing, survey.spread, rate, scale.hop
     )
+    centre, half = survey.bands.hop * np.arange(len(b)), len(survey.bands.window) // 2
+    heard = (centre >= half) & (centre + half <= len(x))
+    h = naive_sound.rise_likelihood(x, scale, rate, heard, CORE)
+    np.testing.assert_allclose(np.concatenate(passage.rises), h, rtol=1e-4, atol=1e-4)
+    judged = naive_sound.by_rises(judged, c, h, b, known, survey.spread, scale.hop / rate)
     doubt = Doubt()  # of all crests, low tones among them, which the twin does not look for
     doubt.add(candidates(passage, survey.spread, scale, rate).probability)
     turned = naive_sound.calibrated(judged, doubt.f1, doubt.right / 7.0)

@@ -44,7 +44,8 @@ Crests that come densely and are about as high have odds of their own (`_dense.p
 
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
 crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
-of where it should, if there is one.
+of where it should, if there is one. Last, rises in one octave turn all odds and add what only they
+tell of (`_rise_odds.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
@@ -66,8 +67,20 @@ from ._nearby import (
     heard_share,
     local_mean,
     ranked,
+    rate_of_others,
     separate_crests,
 )
+from ._rise_odds import ALONE as RISES_ALONE
+from ._rise_odds import (
+    BESIDE_SILENCE,
+    RATTLE_SLOPE,
+    Own,
+    by_octave,
+    high_crests,
+    one_of_each,
+    settled,
+)
+from ._rise_odds import SPREAD as RISE_SPREAD
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
 from ._tones import BEFORE, GROWS_ON, SPREAD, tone_odds
@@ -90,8 +103,6 @@ CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of po
 SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B that it belongs to
 OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
 BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
-UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
-RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 FAINT = 0.3  # evidence of nothing
 AMONG = 2.0  # times a, that crests reach by which others are judged, and are heard in octaves
 SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
@@ -173,8 +184,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
     evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
-    others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
-    often = RAREST + others / (len(b) * GROUP * seconds + UNHEARD)
+    often = rate_of_others(evident, len(b) * GROUP * seconds)
     grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
     odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
@@ -192,7 +202,8 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     crowded = np.append(crowd, np.zeros(len(frame) - len(place), bool)) & ~likely
     columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded)
     found = Candidates(*(column[order] for column in columns))
-    return with_tones(found, crests, passage, b, audible, seconds)
+    found = with_tones(found, crests, passage, b, audible, seconds)
+    return with_rises(found, crests, passage, b, audible, seconds)
 
 
 def with_tones(
@@ -236,6 +247,48 @@ def with_tones(
         np.insert(found.coarse, at, False),
         np.insert(found.spread, at, off),
         np.insert(odds, at, tones[heard]),
+        np.insert(found.pulse, at, False),
+        np.insert(found.crowded, at, False),
+    )
+
+
+def with_rises(
+    found: Candidates,
+    crests: Crests,
+    passage: Passage,
+    b: np.ndarray,
+    audible: float,
+    seconds: float,
+) -> Candidates:
+    """Turn the log-odds by rises in one octave, and add those that none of them tells of."""
+    h = np.concatenate(passage.rises)
+    silent = np.concatenate(passage.silent)
+    known = np.concatenate(passage.known)
+    if silent.any():
+        known &= ~greatest_within(silent, BESIDE_SILENCE)
+    beside = np.clip(np.round(found.frame / GROUP).astype(int), 0, len(b) - 1)
+    bands, crest = greatest_within(b, 2), high_crests(h, seconds)
+    vague = bands[beside] >= LEAST_BANDS
+    vague[vague] = ~np.isin(found.frame[vague], crests.place[crests.height > audible])
+    frame, moved, kept = settled(found.frame, found.odds, vague, h, crest, known, seconds)
+    if moved.any():
+        spread = np.where(moved, RISE_SPREAD, found.spread)
+        found = found._replace(frame=frame, coarse=found.coarse & ~moved, spread=spread)
+        order = np.flatnonzero(kept)[np.argsort(frame[kept], kind="stable")]
+        found = Candidates(*(column[order] for column in found))
+    odds, own = by_octave(found.frame, found.odds, h, crest, bands, known, seconds)
+    own = Own(*(column[own.odds > HOPELESS] for column in own))
+    if not len(own.frame):
+        return found._replace(odds=odds)
+    rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
+    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
+    odds, own = one_of_each(found.frame, odds, own, RISES_ALONE / seconds)
+    at = np.searchsorted(found.frame, own.frame)
+    return Candidates(
+        np.insert(found.frame, at, own.frame),
+        np.insert(found.coarse, at, False),
+        np.insert(found.spread, at, RISE_SPREAD),
+        np.insert(odds, at, own.odds),
         np.insert(found.pulse, at, False),
         np.insert(found.crowded, at, False),
     )

@@ -7,6 +7,14 @@ import numpy as np
 from ._kernels import GROUP, as_high_near, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
+UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
+RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
+
+
+def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
+    """How many other evident crests come in a second of a stretch of that duration."""
+    others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
+    return RAREST + others / (duration + UNHEARD)
 
 
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:

@@ -30,6 +30,9 @@ from ._kernels import (
     octave_rise,
     part_means,
 )
+from ._rise_kernels import DEEPEST, LOCAL, STEP
+from ._rise_kernels import PART as LONG_PART
+from ._rises import Rises
 from ._windows import Window
 
 PER = BLOCK // GROUP  # frames of the narrow bands that share one background
@@ -51,6 +54,7 @@ class Passage:
     octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
     bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
     likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
+    rises: list[np.ndarray] = field(default_factory=list)  # likelihood of one, every STEP-th frame
     growth: list[np.ndarray] = field(default_factory=list)  # of risen bands, LATER [neper]; or 0
     known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
     place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
@@ -74,6 +78,9 @@ class Slab:
     parts: np.ndarray  # (octaves, PARTs in whole BLOCKs), mean powers
     parts_sound: np.ndarray  # those that digital silence does not touch
     levels: np.ndarray  # (octaves, BLOCKs), mean powers
+    low: np.ndarray  # powers of the octaves below those
+    long_parts: np.ndarray  # (octaves, LONG_PARTs), mean powers of both
+    low_levels: np.ndarray  # (low octaves, BLOCKs), mean powers
     power: np.ndarray  # (bands, GROUPs)
     closes: np.ndarray  # GROUPs where a gate closes
     known: np.ndarray  # those whose windows lie in the segment
@@ -98,6 +105,7 @@ class Survey:
     bands: Bands = field(init=False)
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
+    rises: Rises = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
     lag: int = field(init=False)
@@ -127,6 +135,7 @@ class Survey:
         self.bands = bands_at(self.rate, hop)
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
+        self.rises = Rises(scale)
         self.weights = octave_weights(scale)
         self.gains = white_gains(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
@@ -136,7 +145,9 @@ class Survey:
         half = len(self.bands.window) // 2
         self.begins = self.lag + -(-half // hop)
         beside = max(2 * GROUP, -(-half // scale.hop), scale.past)
-        self.margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
+        margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
+        left, right = (max(own, low) for own, low in zip(margin, self.rises.margin, strict=True))
+        self.margin = -(-left // DEEPEST) * DEEPEST, right
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
@@ -168,6 +179,7 @@ class Survey:
             self.scratch = np.empty((3, half))
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
         groups = -(-count // GROUP)
+        low, low_parts = self.rises.powers(self.scratch[:, :total], left, -(-groups // 2))
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
@@ -186,6 +198,12 @@ class Survey:
         means = np.empty((len(fine), blocks))
         group_means(fine, heard, PER, means)
         sounding = np.logical_or.reduceat(heard, PER * np.arange(blocks))
+        long_parts = parts[:, : LONG_PART // PART * low_parts.shape[1]]
+        long_parts = long_parts[:, ::2] + long_parts[:, 1::2]
+        long_parts = 0.25 * (long_parts[:, ::2] + long_parts[:, 1::2])
+        low_levels = np.empty((len(low), blocks))
+        both = np.append(heard, np.zeros(groups % 2, bool)).reshape(-1, 2).all(axis=1)
+        group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
         resolution = 0.0
@@ -204,6 +222,9 @@ class Survey:
             parts,
             counted,
             levels,
+            low,
+            np.concatenate((long_parts, low_parts)),
+            low_levels,
             *self.gate.narrow(fine, left * hop),
             known,
             means,
@@ -225,7 +246,7 @@ class Survey:
             later += self.slabs[end].blocks
             end += 1
         beside = self.slabs[begin:end]
-        octaves, bands = self._backgrounds(beside, at, slab.blocks)
+        octaves, low, bands = self._backgrounds(beside, at, slab.blocks)
         if self.sides.shape[2] != slab.frames:
             self.sides = np.empty((2, self.scale.octaves, slab.frames))
         after, before = self.sides
@@ -242,6 +263,7 @@ class Survey:
         passage = self.passages[-1]
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
         passage.silent.append(slab.silent)
+        passage.rises.append(self._rises(slab, np.concatenate((octaves, low))))
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
         self._keep_crests(passage, rise, slab, octaves)
@@ -259,6 +281,20 @@ class Survey:
         if begin:
             del self.slabs[:begin]
             self.done -= begin
+
+    def _rises(self, slab: Slab, background: np.ndarray) -> np.ndarray:
+        """H of the slab whose `sides` are known, in whole GROUPs."""
+        near = [slab.long_parts]
+        if slab.first:
+            near.insert(0, self.slabs[self.done - 1].long_parts[:, -LOCAL:])
+        first = sum(part.shape[1] for part in near[:-1])
+        if not slab.last:
+            near.append(self.slabs[self.done + 1].long_parts[:, :LOCAL])
+        parts = np.concatenate(near, axis=1)
+        found = self.rises.likelihood(self.sides, slab.low, slab.left, parts, first, background)
+        out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
+        out[: len(found)] = found
+        return out
 
     def _growth(self, slab: Slab, background: np.ndarray, finer: np.ndarray) -> np.ndarray:
         """How narrow bands go on to rise, where they do or one does; 0 elsewhere."""
@@ -296,8 +332,13 @@ class Survey:
         noise = np.maximum(noise, toggling * self.gains)
         rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
-        bands = np.concatenate([slab.means for slab in beside], axis=1)
+        low = np.concatenate([slab.low_levels for slab in beside], axis=1)
         sound = np.concatenate([slab.means_sound for slab in beside])
+        lowest = noise_power(low[:, begin:end], sound[begin:end], self.rises.level_bias)
+        # White noise of rounding or of a step is about as strong in the next octaves.
+        least = max(rounding[-1], toggling * self.gains[-1])
+        found.append((np.maximum(lowest, least), low))
+        bands = np.concatenate([slab.means for slab in beside], axis=1)
         noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
         rounding = np.maximum((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
         found.append((np.maximum(noise, rounding), bands))

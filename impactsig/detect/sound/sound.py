@@ -18,9 +18,13 @@ likelihood ratio of a rise is
 
     G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
 
+The same of the mean power of an octave within milliseconds, down to 170 Hz and against what is
+usual nearby, is H (`_rises.py`).
+
 C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
 ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
-hear (`_tones.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
+hear (`_tones.py`). H detects those that die at once, and tells power that swells from impacts
+(`_rise_odds.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
 of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
 searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).

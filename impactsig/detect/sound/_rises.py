@@ -1,0 +1,115 @@
+"""Likelihood H of a rise in one octave, down to about 170 Hz.
+
+The octaves of `_kernels.py` end near 1.4 kHz, and narrow bands hear 23 ms: a low tone that dies
+within 5 ms hardly raises either. So the wavelet goes on for three octaves, whose coefficients last
+2 to 8 frames. With F_b the mean power of octave b from a frame on, weighted by a line that falls to
+zero, over 4 ms or four coefficients if that is longer, A_b that over as long before it, L_b the
+background (`_floor.py`), and M_b the median power of its PARTs within about 0.1 s, freed from its
+bias,
+
+    H = max(3, n_b / 2 (x_b - 1 - ln x_b)),    x_b = F_b / max(A_b, L_b, M_b) > 1,
+
+where n_b is the degrees of freedom of F_b: the logarithm of the likelihood ratio of a rise in
+Gaussian noise of known power. A_b has few degrees of freedom. Where noise swells and sinks it falls
+far below its power now and then, and the median keeps H from taking that for a rise. In a dense
+train of impacts the median is the power half way between two of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._floor import quantile_bias
+from ._kernels import BLOCK, EDGE, Scale
+from ._rise_kernels import (
+    DEEPEST,
+    LOW,
+    PART,
+    STEP,
+    low_likelihood,
+    low_powers,
+    octave_likelihood,
+)
+
+FEWEST = 4  # coefficients of a mean
+CLEAR = 3.0  # H where nothing rises: less tells little
+
+
+class Rises:
+    """Takes H window by window; the scratch that it needs is kept."""
+
+    def __init__(self, scale: Scale) -> None:
+        self.octaves = scale.octaves
+        size = 2 ** (1 + np.arange(LOW))
+        low = np.maximum(np.round(scale.forward / size).astype(int), FEWEST)
+        width = np.concatenate((np.full(scale.octaves, scale.forward), low))
+        per = np.concatenate((scale.hop / 2.0 ** (1 + np.arange(scale.octaves)), np.ones(LOW)))
+        self.freedom = 1.5 * per * width * (width + 1.0) / (2.0 * width + 1.0)
+        self.clear = clear_ratio(self.freedom)
+        frames = np.concatenate((np.ones(scale.octaves), size))
+        coefficients = PART * per / frames
+        self.median_bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
+        # Numbers of Python: what numpy's cost a kernel to unpack is as much as its work.
+        columns = size, low, *(v[-LOW:] for v in (self.median_bias, self.freedom, self.clear))
+        self.low = list(zip(*(column.tolist() for column in columns), strict=True))
+        self.level_bias = quantile_bias(BLOCK / size.astype(float))
+        # Frames that a window needs beside it; whole coefficients, for cuts not to change them.
+        self.margin = DEEPEST * (EDGE + FEWEST), DEEPEST * (EDGE + FEWEST + 1)
+        self._scratch = np.empty((3, 0))
+
+    def powers(self, scratch: np.ndarray, left: int, parts: int) -> tuple[np.ndarray, np.ndarray]:
+        """Powers of the low octaves, and their means over the PARTs of the core.
+
+        `scratch` is that of the octaves, where the last low-pass is left; `left` frames precede
+        the core.
+        """
+        x = scratch[(self.octaves + 1) % 2]
+        half = len(x) // 2
+        if self._scratch.shape[1] < half:
+            self._scratch = np.empty((3, half))
+        power, means = np.empty((LOW, half)), np.empty((LOW, parts))
+        low_powers(x, left, *self._scratch[:, :half], power, means)
+        return power, means
+
+    def likelihood(
+        self,
+        sides: np.ndarray,
+        low: np.ndarray,
+        left: int,
+        parts: np.ndarray,
+        first: int,
+        background: np.ndarray,
+    ) -> np.ndarray:
+        """H of every STEP-th frame of a window.
+
+        Parameters
+        ----------
+        sides : ndarray
+            Mean powers after and before each frame, in each octave.
+        low : ndarray
+            Powers of the low octaves, from `left` frames before the first on.
+        parts : ndarray
+            Mean powers of PARTs of all octaves; the window begins with column `first`.
+        background : ndarray
+            L of all octaves, in BLOCKs.
+        """
+        after, before = sides
+        out = np.full(-(-after.shape[1] // STEP), CLEAR)
+        bias, freedom, clear = self.median_bias, self.freedom, self.clear
+        octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out)
+        for k, (size, width, *of_octave) in enumerate(self.low):
+            b = self.octaves + k
+            bias, freedom, clear = of_octave
+            low_likelihood(
+                low[k], left // size, size, width, parts[b], first, bias, background[b],
+                freedom, clear, out,
+            )  # fmt: skip
+        return out
+
+
+def clear_ratio(freedom: np.ndarray) -> np.ndarray:
+    """The ratio x > 1 at which n / 2 (x - 1 - ln x) is CLEAR, for n degrees of freedom."""
+    x = np.full(len(freedom), 100.0)
+    for _ in range(30):  # Newton's method from above, where the function is convex
+        x -= (x - 1.0 - np.log(x) - 2.0 * CLEAR / freedom) / (1.0 - 1.0 / x)
+    return x

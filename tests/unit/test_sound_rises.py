@@ -1,0 +1,109 @@
+"""Rises in one octave: low tones, and power that swells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.recordings import score
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound._rise_kernels import (
+    STEP,
+    low_likelihood,
+    octave_likelihood,
+)
+from impactsig.detect.sound._rise_odds import by_octave, high_crests
+from impactsig.detect.sound._rises import clear_ratio
+from impactsig.detect.sound.sound import detect_sound
+
+RATE = 22_050.0
+
+
+def detect(x, rate=RATE, **options):
+    return detect_sound(lambda: [Piece(0, x)], rate, **options)
+
+
+# 0.87 and 0.93 by octaves above 1.4 kHz and narrow bands, at 400 Hz; now 0.943 and 0.976.
+@pytest.mark.parametrize(("tone", "decay", "least"), [(900.0, 4e-3, 0.99), (400.0, 5e-3, 0.94)])
+@pytest.mark.parametrize("rate", [11_025.0, 44_100.0])
+def test_low_tones_that_die_within_milliseconds_are_found(tone, decay, least, rate):
+    rng = np.random.default_rng(3)
+    time = np.cumsum(rng.uniform(0.08, 0.3, 100))
+    x = 0.1 * rng.standard_normal(round((time[-1] + 0.3) * rate))
+    for start in time:
+        first = int(np.ceil(start * rate))
+        since = np.arange(first, first + round(8 * decay * rate)) / rate - start
+        x[first : first + len(since)] += np.exp(-since / decay) * np.sin(
+            2 * np.pi * tone * since + rng.uniform(0, 2 * np.pi)
+        )
+    found = detect(x, rate)
+    assert score(found.time, time, 10e-3)[0] >= least
+
+
+# 32 to 134 by rises in narrow bands alone.
+@pytest.mark.parametrize(("rate", "pace"), [(8000, 1.5), (22_050, 1.5), (22_050, 4.0)])
+def test_noise_that_swells_has_hardly_any_impacts(rate, pace):
+    rng = np.random.default_rng(6)
+    t = np.arange(30 * rate) / rate
+    x = rng.standard_normal(len(t)) * (1.0 + 0.7 * np.sin(2 * np.pi * pace * t))
+    assert len(detect(x, float(rate)).time) <= 4
+
+
+def test_likelihood_of_a_step_in_power():
+    # Power 1 and then 5: F reaches 5 at the step, and A is 1.
+    power, width, freedom = np.where(np.arange(96) < 48, 1.0, 5.0), 4, 7.0
+    expected = 0.5 * freedom * (5.0 - 1.0 - np.log(5.0))
+    out, quiet = np.zeros(2 * 128 // STEP), np.zeros(8)
+    low_likelihood(power, 16, 4, width, quiet, 0, 1.0, np.full(2, 0.5), freedom, 2.0, out)
+    assert np.argmax(out) == 48 - 16  # a coefficient a cell
+    assert out[48 - 16] == pytest.approx(expected)
+    assert out[: 48 - 16 - width].max() == 0.0  # nothing rises
+    sides, one = np.array([[np.full(128, 5.0)], [np.full(128, 1.0)]]), np.ones(1)
+    for background, rise in ((0.5, 5.0), (2.0, 2.5)):  # less than what was before is none
+        out = np.zeros(128 // STEP)
+        least = np.array([[background]])
+        octave_likelihood(*sides, quiet[None], 0, one, least, freedom * one, 2.0 * one, out)
+        np.testing.assert_allclose(out, 0.5 * freedom * (rise - 1.0 - np.log(rise)))
+
+
+def test_clear_rises_are_held_against_the_median_of_parts():
+    rng = np.random.default_rng(0)
+    parts, bias, freedom = rng.exponential(2.0, (1, 40)), np.array([0.5]), np.array([7.0])
+    sides, least = np.array([[np.full(1024, 50.0)], [np.full(1024, 1.0)]]), np.full((1, 8), 0.1)
+    clear = clear_ratio(freedom)
+    assert 3.5 * (clear - 1.0 - np.log(clear)) == pytest.approx(3.0)
+    out, low = np.zeros((2, 1024 // STEP)), np.zeros(1024 // STEP)
+    octave_likelihood(*sides, parts, 4, bias, least, freedom, clear, out[0])
+    octave_likelihood(*sides, parts, 4, bias, least, freedom, 51.0 * clear, out[1])
+    power = np.where(np.arange(300) % 2, 1.0, 60.0)  # F is 34 or 27
+    low_likelihood(power, 16, 4, 4, parts[0], 4, 0.5, least[0], 7.0, float(clear[0]), low)
+    for k in range(8):
+        about = [parts[0, min(max(4 + 4 * k - 6 + i, 0), 39)] for i in range(16)]
+        usual = max(2.0 * np.sort(about)[8], 1.0)
+        assert usual > 1.0
+        expected = 3.5 * (50.0 / usual - 1.0 - np.log(50.0 / usual))
+        np.testing.assert_allclose(out[0, 32 * k : 32 * k + 32], expected)
+    assert (out[1] == 0.0).all()  # nothing is clear
+    assert (low == 0.0).all()  # what was before is nearly as strong
+
+
+def test_crests_of_h_are_judged_by_what_is_near():
+    seconds, groups = 1e-3, 400
+    h, b, known = np.zeros(4 * groups), np.full(groups, 0.05), np.ones(groups, bool)
+    frame = np.arange(200, 6400, 200)  # evident impacts, five a second
+    odds = np.full(len(frame), 6.0)
+    h[frame // STEP] = 200.0
+    h[[330, 1000, 1010]] = 60.0, 200.0, 40.0  # alone, on an impact, 40 ms after one
+    turned, own = by_octave(frame, odds, h, high_crests(h, seconds), b, known, seconds)
+    assert own.frame.tolist() == [1320, 4040]
+    assert own.odds[0] > 0.0 > own.odds[1]
+    assert (turned > 0.0).all()
+    # Beside digital silence nothing is known, and nothing changes.
+    turned, own = by_octave(frame, odds, h, high_crests(h, seconds), b, ~known, seconds)
+    assert (turned == odds).all()
+    assert not len(own.frame)
+    none = np.empty(0)
+    crest = high_crests(h[:8], seconds)
+    turned, own = by_octave(none.astype(int), none, h[:8], crest, b[:2], known[:2], seconds)
+    assert not len(turned)
+    assert not len(own.frame)
