@@ -27,6 +27,8 @@ def keeps_phase(time: np.ndarray, frequency: float) -> bool:
     Chance alone gathers the phases of a few tens as much: these always do.
     """
     time = time[:ENOUGH] - time[0]
+    if not time[-1]:
+        return True
     trials = frequencies_about(time, frequency)
     order = np.argsort(np.abs(trials - frequency))  # the stated one first, which mostly tells it
     return any(
