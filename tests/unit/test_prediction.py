@@ -19,7 +19,7 @@ from impactsig.fitting.prediction import _band, _edges, _rank, predicted
 def train():
     motion = simulate(scenes.karpodinis(20.1), periods=1200, transient=300)
     # Of 27 trains 25 have p > 0.05 of both; seeds 3 (0.03) and 102 (0.01) have not. Of this it is
-    # 0.6, so that r 0.25 for 0.2 or a jitter half as large again is noticed, as not of one of 0.97.
+    # 0.6: r 0.25 for 0.2 or twice the jitter is noticed (p 0.01), half as much again not (0.06).
     return measure(motion.impacts, jitter=2e-4, missed=0.02, spurious=0.01, seed=117).impacts
 
 
