@@ -196,9 +196,10 @@ print(json.dumps([values, compiled]))
 
 def called(package, *names):
     """Values of kernels that a new process calls, and the kernels that it compiles for that."""
+    beside = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     found = subprocess.run(
         [sys.executable, "-c", CALLS, str(package.parent), *names], check=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True,
+        env=beside | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True,
     )  # fmt: skip
     return json.loads(found.stdout)
 
