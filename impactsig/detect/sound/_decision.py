@@ -241,15 +241,7 @@ def with_tones(
         odds[first[k] : last[k]] = -np.inf
     place = np.maximum(near, 0).astype(np.int64)
     place[clear] = crests.place[onset[clear]]
-    at = np.searchsorted(frame, place)
-    return Candidates(
-        np.insert(frame, at, place),
-        np.insert(found.coarse, at, False),
-        np.insert(found.spread, at, off),
-        np.insert(odds, at, tones[heard]),
-        np.insert(found.pulse, at, False),
-        np.insert(found.crowded, at, False),
-    )
+    return with_others(found._replace(odds=odds), place, off, tones[heard])
 
 
 def with_rises(
@@ -283,15 +275,19 @@ def with_rises(
     rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
     own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
     odds, own = one_of_each(found.frame, odds, own, RISES_ALONE / seconds)
-    at = np.searchsorted(found.frame, own.frame)
-    return Candidates(
-        np.insert(found.frame, at, own.frame),
-        np.insert(found.coarse, at, False),
-        np.insert(found.spread, at, RISE_SPREAD),
-        np.insert(odds, at, own.odds),
-        np.insert(found.pulse, at, False),
-        np.insert(found.crowded, at, False),
-    )
+    spread = np.full(len(own.frame), RISE_SPREAD)
+    return with_others(found._replace(odds=odds), own.frame, spread, own.odds)
+
+
+def with_others(
+    found: Candidates, frame: np.ndarray, spread: np.ndarray, odds: np.ndarray
+) -> Candidates:
+    """Add candidates, in ascending order, that neither pulses nor crowds tell of."""
+    at = np.searchsorted(found.frame, frame)
+    neither = np.zeros(len(frame), bool)
+    new = Candidates(frame, neither, spread, odds, neither, neither)
+    pairs = zip(found, new, strict=True)
+    return Candidates(*(np.insert(column, at, values) for column, values in pairs))
 
 
 def likeliest_onset(
