@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating, njit
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
@@ -12,7 +12,7 @@ ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, roundin
 FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def band_rise(earlier, power, background, freedom, per, out):
     """Rise of each frame above as many frames before it as `earlier` has, over the narrow bands.
 
@@ -81,7 +81,7 @@ def put_before(earlier, power, out):
         out[i] = power[i - lag]
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def band_growth(earlier, power, following, later, background, per, frames, out):
     """out[k]: by how much the bands that rise at frames[k] have grown `later` frames after it.
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating, njit
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -46,7 +46,7 @@ class Scale(NamedTuple):
     before: int
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def octave_powers(x, octaves, even, odd, high, power):
     """power[b, j]: mean square of the details of octave b (0: the highest) in frame j of x.
 
@@ -65,7 +65,7 @@ def octave_powers(x, octaves, even, odd, high, power):
         even, odd = odd, even
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def mean_squares(values, per, out):
     """Means of the squares of each `per` values, added in sequence.
 
@@ -181,7 +181,7 @@ def octave_rise(after, before, background, weights, out):
                     out[begin + j] += weights[b] * np.log(ratio[j])
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def loudness(after, background, weights, frames, out):
     """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
     for k in range(len(frames)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating, njit
 from ..signal.order_kernels import select
 from ._kernels import BLOCK, halve
 
@@ -54,7 +54,7 @@ def usual_power(parts, first, block, least, near):
     return select(near, 0, LOCAL - 1, LOCAL // 2) if more >= LOCAL - LOCAL // 2 else least
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def raise_likelihood(after, before, per, parts, first, bias, background, freedom, clear, out):
     """Raise `out` to the likelihood of a rise from each `before` to `after`, in one octave.
 
@@ -79,7 +79,7 @@ def raise_likelihood(after, before, per, parts, first, bias, background, freedom
                     out[j] = max(out[j], likelihood)
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def over_base(after, before, least, clear, out):
     """out[i]: ratio of `after` to `before`, at least `least`; 1 if less. How many are `clear`."""
     rises = 0
@@ -91,7 +91,7 @@ def over_base(after, before, least, clear, out):
     return rises
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out):
     """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
 
@@ -108,7 +108,7 @@ def octave_likelihood(after, before, parts, first, bias, background, freedom, cl
         )  # fmt: skip
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def low_likelihood(power, left, size, width, parts, first, bias, background, freedom, clear, out):
     """Raise out[i] to the likelihood of a rise in an octave of `size` frames a coefficient.
 

@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiled import allocating
 
 LANES = 64
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
@@ -57,7 +57,7 @@ def turns(count: int, of: int) -> np.ndarray:
     return np.stack((np.cos(angle), np.sin(angle))).astype(np.float32)
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def to_single(x, faintest, out):
     """Samples over a power of 2 above all of them, in single precision, then zeros.
 
@@ -82,7 +82,7 @@ def to_single(x, faintest, out):
     return scale
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def add_powers(
     single, hop, window, passes, turn, half_turn, place, rows, square,
     scale, first, width, weights, power,
@@ -103,7 +103,7 @@ def add_powers(
         add_bands(square, scale, first, width, weights, at, power)
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square):
     """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean."""
     x, y = rows[0], rows[1]
@@ -135,7 +135,7 @@ def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows,
         square[last + f] = difference * difference
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def add_bands(square, scale, first, width, weights, at, power):
     """power[b, at + f]: scaled and weighted sums over the coefficients of each band."""
     total = np.empty(LANES, np.float32)
@@ -155,7 +155,7 @@ def add_bands(square, scale, first, width, weights, at, power):
             out[f] = scale * total[f]
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _load(single, hop, window, begin, x):
     for n in range(len(window) // 2):
         row = _ROW * np.uint64(n)
@@ -167,7 +167,7 @@ def _load(single, hop, window, begin, x):
             x[row + _LANES + f] = odd * single[j + f * hop]
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _pass_of_two(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 2)
     for p in range(count // 2):
@@ -184,7 +184,7 @@ def _pass_of_two(x, count, past, turn, y):
             y[o + _ROW + _LANES + f] = real * s1 + imag * c1
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _pass_of_three(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 3)
     for p in range(count // 3):
@@ -209,7 +209,7 @@ def _pass_of_three(x, count, past, turn, y):
             y[o + _TWO * _ROW + _LANES + f] = real * s2 + imag * c2
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _pass_of_four(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 4)
     for p in range(count // 4):
@@ -238,7 +238,7 @@ def _pass_of_four(x, count, past, turn, y):
             y[o + _THREE * _ROW + _LANES + f] = real * s3 + imag * c3
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _pass_of_five(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 5)
     for p in range(count // 5):
@@ -280,7 +280,7 @@ def _pass_of_five(x, count, past, turn, y):
             y[o + _THREE * _ROW + _LANES + f] = real * s3 + imag * c3
 
 
-@njit(nogil=True, error_model="numpy")
+@allocating
 def _squares(x, a, b, first, mean, c, s, square, p, q):
     """Powers of coefficients k and M - k from rows a and b, those of frequencies k and M - k.
 
