@@ -1,10 +1,11 @@
 """Link kernels so that each is optimised once, with all that it calls.
 
 numba optimises a kernel with what it calls and makes machine code of all that, and does so again
-for each kernel that calls this one. Here what only kernels call is kept as numba wrote it, and what
-Python calls is optimised with copies of its own of all that it reaches. The copies are what they
-are whatever a process has compiled or called before, and so are the results to the last digit:
-numba leaves copies weak, so that whichever of one name is loaded first would be called.
+for each kernel that calls this one. Here a function that only kernels call is kept as numba wrote
+it, and a kernel that Python calls is optimised once, together with its own copies of all functions
+that it reaches. These do not depend on what the process compiled or called before, and neither do
+the last digits of results. numba leaves copies weak: of those with one name, the first that is
+loaded would serve all callers.
 """
 
 from __future__ import annotations

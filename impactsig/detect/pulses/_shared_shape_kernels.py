@@ -13,9 +13,9 @@ With g = 1 - W C of each, the variance of a shape parameter moves by Fisher's st
 each sum with that of WEIGHT pulses that differ by SPREAD. The last term is what the mean follows of
 them (restricted maximum likelihood). A span of few pulses cannot tell no spread from a small one,
 so what the spans before tell of the variance counts as a normal prior on it, while the span agrees.
-Pulses are measured with the variance that is expected where L +- e is told of it and any spread is
-as likely as another: nearly (L + sqrt(L^2 + e^2)) / 2, which is L where that is known, e/2 where it
-is 0.
+Pulses are measured with the expected variance of the shapes, given the estimate L with standard
+error e and a flat prior: nearly (L + sqrt(L^2 + e^2)) / 2, which is L where e is small, and e/2
+where L is 0.
 
 The flat top counts by ln(1 + p/(BRIEF m)) here, not by ln p/m as in the fit: a pulse is linear in
 the length of a brief one, whose logarithm has no bound.
