@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..._threads import in_threads
 from ...oscillators import Oscillator
 from ...simulate import Motion
 from ...simulate.basis.columns import columns_of, form_of
 from ...simulate.basis.contract import Moment
 from ...simulate.basis.events import DONE, STATUS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, in_threads
+from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.modes import Stack, stacks, subset
 from ...simulate.run import span
@@ -41,7 +42,7 @@ def in_blocks(
         some = max(1, min(some, -(-len(able) // (4 * threads))))
     blocks = [able[at : at + some] for at in range(0, len(able), some)]
     blocks += [[k] for k, one in enumerate(systems) if not settles(one)]
-    done = in_threads(lambda at: task(blocks[at]), range(len(blocks)), threads)
+    done = in_threads(task, blocks, threads)
     found: dict[int, Any] = {}
     for block, own in zip(blocks, done, strict=True):
         found.update(zip(block, own, strict=True))

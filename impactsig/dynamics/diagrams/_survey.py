@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._watched import counted
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ...simulate.basis.columns import form_of
@@ -153,9 +152,9 @@ class Survey:
             )
         size = max(1, min(TILE_OF_GPU, STROBES // self.periods)) if self.gpu else TILE
         tiles = [slice(at, at + size) for at in range(0, len(places), size)]
-        with ThreadPoolExecutor(self.workers) as pool:
-            following = pool.map(lambda tile: self._tile(places[tile], known), tiles)
-            parts = list(counted(following, len(tiles), " tiles"))
+        parts = in_threads(
+            lambda tile: self._tile(places[tile], known), tiles, self.workers, " tiles"
+        )
         found = Found(
             np.concatenate([status for status, _, _ in parts]),
             np.concatenate([label for _, label, _ in parts]),

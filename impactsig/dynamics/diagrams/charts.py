@@ -10,12 +10,13 @@ import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
 from ..._showing import Shown, drawn_by
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
 from ...simulate.basis.events import DONE, STROBE_IMPACTS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import in_threads, takes
+from ...simulate.batches.moving import takes
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.run import span
 from ...studies.device import Executor, on_gpu

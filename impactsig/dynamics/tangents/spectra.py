@@ -10,11 +10,12 @@ import numpy as np
 
 from ..._arguments import number, thread_count
 from ..._showing import Shown
+from ..._threads import in_threads
 from ...oscillators.batch import OscillatorBatch
 from ...simulate.basis.columns import spread
 from ...simulate.basis.events import DONE, MODE, PHASE, STATUS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, in_threads, takes
+from ...simulate.batches.moving import Moving, takes
 from ...simulate.exact.modes import Stack, stacks, subset
 from ...simulate.run import after, span
 from .carrying import carry_all
