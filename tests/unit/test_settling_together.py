@@ -13,9 +13,12 @@ from impactsig import (
     Oscillator,
     Stop,
     bifurcation_diagram,
+    lyapunov_spectrum,
     response_spectrum,
     scenes,
+    tangent_map,
 )
+from impactsig.dynamics.diagrams._exponents import exponents_of
 from impactsig.dynamics.diagrams._settling import settle
 from impactsig.dynamics.diagrams._settling_together import Settling, in_blocks
 from impactsig.oscillators import Force
@@ -63,6 +66,22 @@ def test_each_is_followed_as_alone(ends):
         settling.close()  # and once more with the orbits found beside
         alone = [settle(one, 60, **rule).closing() for one in machines]
     assert sum(one.closed > 0 for one in alone) > 10
+
+
+def test_exponents_are_those_of_each_alone():
+    machines = [mixed(value) for value in VALUES]
+    closed = [k % 3 for k in range(len(machines))]
+    at = [(0.1 + 0.01 * k, 0.2, 0.3 * k) for k in range(len(machines))]
+    found = exponents_of(machines, closed, 12, at)
+    for machine, n, (x, v, phase), own in zip(machines, closed, at, found, strict=True):
+        start = {"initial": (x, v), "phase": phase}
+        if n:
+            growth = np.log(np.abs(tangent_map(machine, periods=n, **start).multipliers))
+            wanted = growth * machine.angular_forcing_frequency / (2 * np.pi * n)
+        else:
+            wanted = lyapunov_spectrum(machine, periods=12, **start).exponents
+        assert own.tolist() == wanted.tolist()
+    assert exponents_of([], [], 12, []) == []
 
 
 def test_diagrams_do_not_depend_on_what_is_followed_together():

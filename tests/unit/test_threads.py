@@ -29,7 +29,7 @@ def test_the_first_item_that_fails_tells_why_and_no_more_are_begun(threads):
             raise ValueError(k)
         return k
 
-    with pytest.raises(ValueError, match="^2$"):
+    with pytest.raises(ValueError, match=r"^2$"):
         in_threads(fails, range(1000), threads)
     assert len(begun) < 3 + threads
 

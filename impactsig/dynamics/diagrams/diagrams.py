@@ -17,7 +17,7 @@ from ...oscillators.flows import Flow
 from ...simulate.simulation import what_it_is
 from ..arguments import parameter_names, parameter_values
 from ..tangents.lyapunov import lyapunov_spectrum
-from ..tangents.tangent import tangent_map
+from ._exponents import exponents_at, exponents_of
 from ._flow_sections import Section, checked_section
 from ._settling import ground
 from ._settling_together import Settling, in_blocks, settles
@@ -284,7 +284,7 @@ class _Look(NamedTuple):
             run = {"duration": motion.duration, "transient": 0.0, "initial": motion.final}
             cell = cell._replace(exponents=lyapunov_spectrum(system, **run).exponents)
         elif self.exponents:
-            cell = cell._replace(exponents=_exponents(system, n, self.periods, motion.final))
+            cell = cell._replace(exponents=exponents_at(system, n, self.periods, motion.final))
         return cell
 
     def cell(
@@ -305,11 +305,16 @@ class _Look(NamedTuple):
         settling.close()
         closed = [one.closed for one in settling.settled]
         motions = settling.motions([n or self.periods for n in closed])
-        return [self._cell(*own) for own in zip(oscillators, closed, motions, strict=True)]
+        cells = [self._cell(*own) for own in zip(closed, motions, strict=True)]
+        if self.exponents:
+            able = [k for k, (_, final) in enumerate(cells) if final is not None]
+            of = ([parts[k] for k in able] for parts in (oscillators, closed))
+            own = exponents_of(*of, self.periods, [motions[k].final for k in able])
+            for k, exponents in zip(able, own, strict=True):
+                cells[k] = cells[k][0]._replace(exponents=exponents), cells[k][1]
+        return cells
 
-    def _cell(
-        self, oscillator: Oscillator, n: int, motion: Any
-    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+    def _cell(self, n: int, motion: Any) -> tuple[_Cell, tuple[float, float, float] | None]:
         """The cell of an oscillator past its transient, over one period of its orbit if closed."""
         span = n or self.periods
         if motion.status != "complete":
@@ -326,8 +331,6 @@ class _Look(NamedTuple):
             kinetic_energy_per_period=motion.kinetic_energy_gained() / span,
             sticking=float(np.diff(motion.sticks).sum() / motion.duration),
         )
-        if self.exponents:
-            cell = cell._replace(exponents=_exponents(oscillator, n, self.periods, motion.final))
         return cell, motion.final
 
 
@@ -335,18 +338,6 @@ def _lost(motion: Any) -> float:
     """Energy lost in the span; NaN if it is known only for the whole run."""
     known = isinstance(motion.system, Cantilever) and motion.energy_lost is not None
     return float(motion.energy_lost) if known else math.nan
-
-
-def _exponents(system: Any, closed: int, periods: int, at: Any) -> np.ndarray:
-    """Lyapunov exponents of the orbit through a point; from its multipliers if it has closed."""
-    if not closed:
-        return lyapunov_spectrum(system, periods=periods, initial=at[:2], phase=at[2]).exponents
-    multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
-    with np.errstate(divide="ignore"):
-        grown = np.log(np.abs(multipliers))
-    frequency = system.angular_forcing_frequency
-    assert frequency is not None
-    return grown * frequency / (2 * math.pi * closed)
 
 
 def _carried(

@@ -96,7 +96,7 @@ def spectra_of(
             many = len(mine.which)
             moving = Moving(mine, np.tile(place, (many, 1)), np.full(many, phase))
             moving.on_gpu = gpu
-            found = _carried(moving, before, length, duration is not None)
+            found = carried(moving, before, length, duration is not None)
             for into, part in zip((*pairs, expected, *counts, status), found, strict=True):
                 into[mine.which] = part
 
@@ -116,7 +116,7 @@ def spectra_of(
     )
 
 
-def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
+def carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
     """Fields of `LyapunovSpectra` for oscillators in progress, and their statuses."""
     from .columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
 
