@@ -42,7 +42,7 @@ def in_blocks(
     some = max(1, min(TOGETHER, STROBES // periods))
     able = [k for k, one in enumerate(systems) if settles(one)]
     if threads > 1:
-        some = max(1, min(some, -(-len(able) // (4 * threads))))
+        some = max(1, min(some, -(-len(able) // (2 * threads))))
     blocks = [able[at : at + some] for at in range(0, len(able), some)]
     blocks += [[k] for k, one in enumerate(systems) if not settles(one)]
     done = in_threads(task, blocks, threads)
