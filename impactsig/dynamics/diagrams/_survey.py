@@ -92,20 +92,20 @@ class Survey:
                 good &= depth <= slack * (np.abs(places[:, 0]) + abs(stop.position))
         return good
 
-    def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, np.ndarray]:
+    def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, Found]:
         """Find attractors from some starts, and the radius within which they catch.
 
-        Returns which starts these are, and where they end.
+        Returns which starts these are, and their outcomes without being caught.
         """
         chosen = np.random.default_rng(0).permutation(len(places))[:SCOUTS]
-        label = self.follow(places[chosen], False).label
+        scouted = self.follow(places[chosen], False)
         if catch:
             for k in range(len(self.orbits)):
                 self.radii[k] = self._radius(k)
             if len(places) > SCOUTS:
                 grown = [self._grown(k) for k in range(len(self.orbits))]
                 self.radii[: len(grown)] = grown  # a ring may have met attractors beyond these
-        return chosen, label
+        return chosen, scouted
 
     def _radius(self, k: int) -> float:
         """Half the distance from which motions all around an attractor return to it."""
