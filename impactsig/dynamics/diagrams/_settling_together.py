@@ -15,6 +15,7 @@ from ...simulate.basis.columns import columns_of, form_of
 from ...simulate.basis.contract import Moment
 from ...simulate.basis.events import DONE, STATUS, STROBE
 from ...simulate.basis.frame import first_phase, place_of
+from ...simulate.batches.course import Course
 from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.modes import Stack, stacks, subset
@@ -41,9 +42,9 @@ def in_blocks(
     """Results of a task over systems, in order; oscillators in blocks, others one by one."""
     some = max(1, min(TOGETHER, STROBES // periods))
     able = [k for k, one in enumerate(systems) if settles(one)]
-    if threads > 1:
-        some = max(1, min(some, -(-len(able) // (2 * threads))))
-    blocks = [able[at : at + some] for at in range(0, len(able), some)]
+    # Every so many, as work differs from one part of a range to another.
+    parts = min(max(-(-len(able) // some), threads), len(able))
+    blocks = [able[at::parts] for at in range(parts)]
     blocks += [[k] for k, one in enumerate(systems) if not settles(one)]
     done = in_threads(task, blocks, threads)
     found: dict[int, Any] = {}
@@ -180,24 +181,29 @@ class Settling:
         for k in np.flatnonzero(orbits.period).tolist():
             self.settled[own[k]] = replace(again[k], closed=int(orbits.period[k]))
 
-    def motions(self, periods: Sequence[int]) -> list[Motion]:
-        """The motions over the next periods, as `Settled.motion`."""
-        found: dict[int, Motion] = {}
+    def on(
+        self, periods: Sequence[int]
+    ) -> tuple[list[tuple[list[int], Course]], dict[int, Motion]]:
+        """Go on for so many periods each: oscillators of each layout together, and the others.
+
+        Whatever has ended early is among the others.
+        """
+        courses = []
+        alone = dict.fromkeys(range(len(self.settled)))
         for stack, which in self._groups:
             able = [j for j, k in enumerate(which) if self.settled[k].status == STATUS[DONE]]
             if not able:
                 continue
-            own = [self.settled[which[j]] for j in able]
+            numbers = [which[j] for j in able]
+            own = [self.settled[k] for k in numbers]
             mine = subset(stack, np.array(able))
             moving = Moving.going_on(mine, np.full(len(own), self._first), [k.where for k in own])
             before = np.array([float(len(one.strobes) - 1) for one in own])
-            spans = np.array([float(periods[which[j]]) for j in able])
-            moving.to(before + spans, True, 1)
-            for k, j in enumerate(able):
-                found[which[j]] = moving.motion(k, own[k].oscillator, True)
-        return [
-            found[k] if k in found else one.motion(periods[k]) for k, one in enumerate(self.settled)
-        ]
+            moving.to(before + np.array([float(periods[k]) for k in numbers]), True, 1)
+            courses.append((numbers, Course(moving)))
+            for k in numbers:
+                del alone[k]
+        return courses, {k: self.settled[k].motion(periods[k]) for k in alone}
 
 
 def _moment(started: Started, k: int) -> Moment:
