@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..._compiled import kernel
 from ..basis.events import PHASE, TURN, TURNS
-from ..exact._look import sample
+from ..exact.look import sample
 from .batch_kernels import machine
 
 
