@@ -50,7 +50,7 @@ def main() -> None:
     chart.plot(ax)
     ax.set_title(f"{n} × {n} cells, 200 periods: {spent:.0f} s on one core")
     RESULTS.mkdir(exist_ok=True)
-    figure.savefig(RESULTS / "large_chart.png", dpi=130)
+    figure.savefig(RESULTS / "large_chart.png", dpi=110)
 
 
 if __name__ == "__main__":
