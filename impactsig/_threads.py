@@ -15,8 +15,8 @@ def in_threads(
 ) -> list[Any]:
     """What a task gives for each item, in order; if it fails, the error of the first such item.
 
-    The calling thread is one of the threads: a pool that it waited for would take half a
-    millisecond more.
+    The calling thread is one of the threads: a pool that it waited for would take a third
+    of a millisecond more.
     """
     todo = deque(enumerate(items))
     count = len(todo)
