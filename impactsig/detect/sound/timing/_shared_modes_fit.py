@@ -89,10 +89,10 @@ class Projected:
     sounds: np.ndarray  # these
     first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray  # (sounds, shifts, 3)
+    whole: np.ndarray  # (sounds, 3, shifts)
     begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
     energy_there: np.ndarray
-    fine: np.ndarray  # (sounds, shifts, 3)
+    fine: np.ndarray  # (sounds, 3, shifts)
 
 
 @dataclass
@@ -122,7 +122,7 @@ class Model:
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
 
-        With the diagonal of K'K and what lies beside it, (shifts, 3).
+        With the diagonal of K'K and what lies beside it, (3, shifts).
         """
         modes, beyond = self.parts
         size = modes.shape[1] // PARTS - 2 * self.reach
@@ -131,7 +131,7 @@ class Model:
         rest = beyond[:, index].transpose(1, 2, 0)
         rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
         square = rest.transpose(0, 2, 1) @ rest
-        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
+        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
         basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
         return np.ascontiguousarray(basis), gram
 
@@ -151,7 +151,7 @@ class Model:
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         sounds, first = sounds[which], first[which]
         energy, whole = self._projections(sounds, first, basis)
-        fine = np.empty((len(which), 2 * self.near + 1, 3))
+        fine = np.empty((len(which), 3, 2 * self.near + 1))
         unknown = np.full(len(which), -1)
         return Projected(
             len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
@@ -238,7 +238,7 @@ class Model:
     def _projections(
         self, sounds: np.ndarray, first: np.ndarray, basis: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        energy, projections = np.empty(len(sounds)), np.empty((len(sounds), len(basis), 3))
+        energy, projections = np.empty(len(sounds)), np.empty((len(sounds), 3, len(basis)))
         project(sounds, first, basis, energy, projections)
         return energy, projections
 

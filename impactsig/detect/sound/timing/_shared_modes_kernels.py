@@ -17,8 +17,9 @@ import math
 
 import numpy as np
 
-from ...._compiled import njit
+from ...._compiled import allocating, njit
 from .._kernels import innovations
+from .._lanes import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, taps_at
 
 NEAR_TAPS = 8  # samples on either side that a crossing is made of
@@ -148,21 +149,26 @@ def abruptness(wave, split, lag, slope, count):
     return (innovation[0] * innovation[0] + innovation[1] * innovation[1]) / greatest
 
 
-@njit(nogil=True)
-def log_probability(projection, gram, energy, error, prior):
-    """Log probability L, and the share of the energy that is explained.
+@allocating
+def log_probabilities(projection, gram, energy, error, prior, value, explained):
+    """Log probability L of each shift, and the share of the energy that is explained.
 
     `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
     two diagonal elements of V.
     """
-    g0 = gram[0] + error / prior[0]
-    g1 = gram[1] + error / prior[1]
-    det = g0 * g1 - gram[2] * gram[2]
-    b0, b1 = projection[1], projection[2]
-    beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2] + b1 * b1 * g0) / det
-    explained = (projection[0] + beyond) / energy
-    scale = det * prior[0] * prior[1] / (error * error)
-    return 0.5 * explained / error - 0.5 * math.log(scale), explained
+    count = np.uint64(len(value))
+    first, second = error / prior[0], error / prior[1]
+    scale = prior[0] * prior[1] / (error * error)
+    for j in range(count):
+        g0, g1 = gram[0, j] + first, gram[1, j] + second
+        det = g0 * g1 - gram[2, j] * gram[2, j]
+        b0, b1 = projection[1, j], projection[2, j]
+        beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det
+        explained[j] = (projection[0, j] + beyond) / energy
+        value[j] = det * scale
+    logarithms(value)
+    for j in range(count):
+        value[j] = 0.5 * (explained[j] / error - value[j])
 
 
 @njit(nogil=True)
@@ -195,12 +201,12 @@ def project(sounds, first, basis, energy, projections):
                         power[i] += share[i] * share[i]
                 else:
                     for i in range(count):
-                        projections[at + i, j, c - rows + 3] = share[i]
+                        projections[at + i, c - rows + 3, j] = share[i]
             for i in range(count):
-                projections[at + i, j, 0] = power[i]
+                projections[at + i, 0, j] = power[i]
 
 
-@njit(nogil=True)
+@allocating
 def place(projections, energy, grams, near, floor, prior, shift, beyond):
     """Most probable whole shift at which each sound starts; shifts count from the first.
 
@@ -208,106 +214,107 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
     from there add to the variance. `floor`: the noise of a sample and the part of s that the
     model's errors make.
     """
-    value = np.empty(len(grams))
+    value, explained = np.empty((2, grams.shape[1]))
     for i in range(len(energy)):
         shift[i], beyond[i] = -1, 0.0
         if energy[i] <= NOTHING * floor[0]:
             continue
         error = floor[0] / energy[i] + floor[1]
-        best = 0
-        for j in range(len(grams)):
-            value[j], _ = log_probability(projections[i, j], grams[j], energy[i], error, prior)
-            if value[j] > value[best]:
-                best = j
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        best = value.argmax()
         shift[i] = best
+        most = value[best]
+        for j in range(len(value)):
+            value[j] = (value[j] - most) / UNSURE
+        exponentials(value)
         total = 0.0
-        for j in range(len(grams)):
-            weight = math.exp((value[j] - value[best]) / UNSURE)
-            total += weight
+        for j in range(len(value)):
+            total += value[j]
             if abs(j - best) > near:
-                beyond[i] += weight * (j - best) ** 2
+                beyond[i] += value[j] * (j - best) ** 2
         beyond[i] /= total
 
 
-@njit(nogil=True)
+@allocating
 def leave(projections, energy, grams, floor, freedom, prior, left):
     """Share of the energy of each sound that the most probable shift leaves.
 
     As in `weigh`, s is at least what is left to each of the degrees of freedom.
     """
-    value = np.empty(len(grams))
+    value, explained = np.empty((2, grams.shape[1]))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
-        _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        left[i] = max(1.0 - explained[value.argmax()], 0.0)
         if left[i] > error * freedom:
             error = left[i] / freedom
-            _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            left[i] = max(1.0 - explained[value.argmax()], 0.0)
 
 
-@njit(nogil=True)
+@allocating
 def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     """Posterior mean and deviation of the shift, residual share, error, log evidence.
 
     Shifts lie `step` apart about 0. `floor`: the noise of a sample, and the part of s that the
     model's errors make; s is at least what is left to each of the degrees of freedom.
     """
-    value, between = np.empty(len(grams)), np.empty((len(grams), BETWEEN))
+    value, explained = np.empty((2, grams.shape[1]))
+    between, at = np.empty(BETWEEN * len(value)), np.empty(BETWEEN * len(value))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
-        most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        best = value.argmax()
+        left = max(1.0 - explained[best], 0.0)
         if left > error * freedom:
             error = left / freedom
-            most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
-        out[i, 0], out[i, 1], evidence = _moments(value, most, step, between)
+            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            best = value.argmax()
+            left = max(1.0 - explained[best], 0.0)
+        out[i, 0], out[i, 1], evidence = _moments(value, value[best], step, between, at)
         out[i, 2], out[i, 3] = left, error
         out[i, 4] = evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
 
-@njit(nogil=True)
-def _log_probabilities(projection, grams, energy, error, prior, value):
-    """L at every shift; the greatest, and the residual share of the energy there."""
-    most, best = -np.inf, 0.0
-    for j in range(len(grams)):
-        value[j], explained = log_probability(projection[j], grams[j], energy, error, prior)
-        if value[j] > most:
-            most, best = value[j], explained
-    return most, max(1.0 - best, 0.0)
-
-
-@njit(nogil=True)
-def _cubic(value, j, t):
-    """Cubic interpolation between shift j and the next."""
+@allocating
+def _interpolate(value, j, out):
+    """Cubic interpolation at BETWEEN places between shift j and the next."""
     a, b = value[j], value[j + 1]
     p = value[j - 1] if j else 2.0 * a - b
     q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
-    bend = 2.0 * p - 5.0 * a + 4.0 * b - q + t * (3.0 * (a - b) + q - p)
-    return a + 0.5 * t * (b - p + t * bend)
+    second, third = 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
+    for k in range(np.uint64(BETWEEN)):
+        t = (k + 0.5) / BETWEEN
+        out[k] = a + 0.5 * t * (b - p + t * (second + t * third))
 
 
-@njit(nogil=True)
-def _moments(value, most, step, between):
+@allocating
+def _moments(value, most, step, between, at):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 
-    `between` is scratch for BETWEEN values after each.
+    `between` and `at` are scratch for BETWEEN values after each, and for their places.
     """
-    last = len(value) - 1
-    greatest = -np.inf
+    last, count = len(value) - 1, 0
     for j in range(last):
-        if max(value[j], value[j + 1]) >= most - FALL:
-            for k in range(BETWEEN):
-                between[j, k] = _cubic(value, j, (k + 0.5) / BETWEEN)
-                greatest = max(greatest, between[j, k])
-    total = first = second = 0.0
-    for j in range(last):
-        if max(value[j], value[j + 1]) >= most - FALL:
-            for k in range(BETWEEN):
-                t = (k + 0.5) / BETWEEN
-                weight = math.exp(between[j, k] - greatest)
-                at = j + t - 0.5 * last
-                total += weight
-                first += weight * at
-                second += weight * at * at
-    mean = first / total
+        if value[j] >= most - FALL or value[j + 1] >= most - FALL:
+            _interpolate(value, j, between[count : count + BETWEEN])
+            for k in range(np.uint64(BETWEEN)):
+                at[count + k] = j + (k + 0.5) / BETWEEN - 0.5 * last
+            count += BETWEEN
+    weight = between[:count]
+    greatest = weight.max()
+    for k in range(np.uint64(count)):
+        weight[k] -= greatest
+    exponentials(weight)
+    total, first, second = np.zeros((3, BETWEEN))
+    for begin in range(0, count, BETWEEN):
+        part, place = weight[begin : begin + BETWEEN], at[begin : begin + BETWEEN]
+        for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
+            total[k] += part[k]
+            first[k] += part[k] * place[k]
+            second[k] += part[k] * place[k] * place[k]
+    mass = total.sum()
+    mean = first.sum() / mass
     # Between two places nothing is looked at.
-    variance = max(second / total - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
-    return step * mean, step * math.sqrt(variance), greatest + math.log(total * step / BETWEEN)
+    variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
+    return step * mean, step * math.sqrt(variance), greatest + math.log(mass * step / BETWEEN)
