@@ -142,6 +142,7 @@ class Crests(NamedTuple):
     likelihood: np.ndarray  # the greatest G nearby
     greatest: np.ndarray  # bool: none within ALONE exceeds it
     clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
+    order: np.ndarray  # sorts the heights
 
 
 def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
@@ -327,9 +328,9 @@ def likeliest_onset(
 
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
     """How bands go on to rise [neper] where `b` is greatest within two frames of each."""
-    within = np.lib.stride_tricks.sliding_window_view(np.pad(b, 2), 5)
+    padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
     place = np.clip(np.round(at).astype(int), 0, len(b) - 1)
-    strongest = place - 2 + np.argmax(within[place], axis=1)
+    strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
     return np.concatenate(passage.growth)[np.clip(strongest, 0, len(b) - 1)]
 
 
@@ -347,12 +348,13 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     greatest = height >= greatest_near(place, height, ALONE / seconds)
     borne_out = np.where(known, bands / needed, np.inf)
     clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
-    return Crests(place, height, bands, borne_out, likelihood, greatest, clear)
+    order = np.argsort(height)
+    return Crests(place, height, bands, borne_out, likelihood, greatest, clear, order)
 
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests."""
-    place, height, _, borne_out, likelihood, greatest, clear = crests
+    place, height, _, borne_out, likelihood, greatest, clear, order = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
     evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
@@ -364,7 +366,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
     share = heard_share(silent, place[near], RATTLE_WITHIN, seconds)
-    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share)
+    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share, order)
     crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
@@ -399,7 +401,7 @@ def odds_among(
     crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
 ) -> np.ndarray:
     """Log-odds of crests among all others around them; -inf if far below 0."""
-    place, height, bands, borne_out, likelihood, greatest, clear = crests
+    place, height, bands, borne_out, likelihood, greatest, clear, order = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):
         needed = np.maximum(
@@ -420,6 +422,6 @@ def odds_among(
     asked = possible > HOPELESS
     for within in (RATTLE_WITHIN, SHORTLY):
         share = heard_share(silent, place[asked], within, seconds)
-        reached = crowd(place, height, asked, within, seconds, share) / audible
+        reached = crowd(place, height, asked, within, seconds, share, order) / audible
         odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
     return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)

@@ -30,6 +30,7 @@ from ._kernels import (
     octave_rise,
     part_means,
 )
+from ._nearby import middle
 from ._rise_kernels import DEEPEST, LOCAL, STEP
 from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
@@ -380,12 +381,6 @@ def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
     return weights / weights.sum()
-
-
-def middle(values: np.ndarray) -> float:
-    """Median, of a few values in a fraction of numpy's time."""
-    ordered = sorted(values.tolist())
-    return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
 
 
 @functools.lru_cache(maxsize=8)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._nearby import middle
 from ._edge import PARTS, responses, step_modes
 from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
 
@@ -129,7 +130,8 @@ class Model:
         index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
         q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
         rest = beyond[:, index].transpose(1, 2, 0)
-        rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
+        if rest.any():  # as behind a filter
+            rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
         square = rest.transpose(0, 2, 1) @ rest
         gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
         basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
@@ -178,7 +180,7 @@ class Model:
         energy, fine = self._near(held, there, origin)
         left, floor = np.empty(len(there)), (self.noise, self.error)
         leave(fine, energy, self.fine[1], floor, self.freedom, self.prior, left)
-        return float(np.median(left - self.freedom * self.noise / energy))
+        return middle(left - self.freedom * self.noise / energy)
 
     def median_left_at_samples(self, held: Projected) -> float:
         """About the same, if all start at whole samples, before anything is learned."""
@@ -186,7 +188,7 @@ class Model:
         energy, left = held.energy[some], np.empty(np.count_nonzero(some))
         floor = self.noise, FIRST_ERROR
         leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
-        return float(np.median(left - self.freedom * self.noise / energy)) if len(left) else np.inf
+        return middle(left - self.freedom * self.noise / energy) if len(left) else np.inf
 
     def learn(self, held: Projected, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
@@ -202,7 +204,7 @@ class Model:
                 floor = self.noise, error
                 leave(fine, energy, self.fine[1], floor, np.inf, prior, left)
                 beyond = left / self.freedom - self.noise / energy
-                error = max(float(np.median(beyond)), least)
+                error = max(middle(beyond), least)
             out = self._weighed(energy, fine, error, prior)
             evidence = float(np.mean(out[:, 4]))
             if not evidence > self.evidence:

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, njit
+from ...._compiled import allocating, kernel, njit
 from .._kernels import innovations
 from .._lanes import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, taps_at
@@ -54,6 +54,16 @@ def filtered_at(wave, first, taps, out):
         tap, part = taps[n], wave[first + n : first + n + count]
         for k in range(count):
             out[k] += tap * part[k]
+
+
+@kernel
+def accumulate(cells, factors):
+    """Replace each row by y[i] = factor y[i - 1] + cell[i], with the factor of the row."""
+    for row in range(cells.shape[0]):
+        total = 0.0j
+        for i in range(cells.shape[1]):
+            total = factors[row] * total + cells[row, i]
+            cells[row, i] = total
 
 
 @njit(nogil=True)
@@ -214,7 +224,7 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
     from there add to the variance. `floor`: the noise of a sample and the part of s that the
     model's errors make.
     """
-    value, explained = np.empty((2, grams.shape[1]))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     for i in range(len(energy)):
         shift[i], beyond[i] = -1, 0.0
         if energy[i] <= NOTHING * floor[0]:
@@ -241,7 +251,7 @@ def leave(projections, energy, grams, floor, freedom, prior, left):
 
     As in `weigh`, s is at least what is left to each of the degrees of freedom.
     """
-    value, explained = np.empty((2, grams.shape[1]))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
         log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
@@ -259,8 +269,8 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     Shifts lie `step` apart about 0. `floor`: the noise of a sample, and the part of s that the
     model's errors make; s is at least what is left to each of the degrees of freedom.
     """
-    value, explained = np.empty((2, grams.shape[1]))
-    between, at = np.empty(BETWEEN * len(value)), np.empty(BETWEEN * len(value))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    scratch = np.empty(BETWEEN * (len(value) + 4))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
         log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
@@ -271,14 +281,14 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
             log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
             best = value.argmax()
             left = max(1.0 - explained[best], 0.0)
-        out[i, 0], out[i, 1], evidence = _moments(value, value[best], step, between, at)
+        out[i, 0], out[i, 1], evidence = _moments(value, value[best], step, scratch)
         out[i, 2], out[i, 3] = left, error
         out[i, 4] = evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
 
 @allocating
-def _interpolate(value, j, out):
-    """Cubic interpolation at BETWEEN places between shift j and the next."""
+def _interpolate(value, j, out, most):
+    """Cubic interpolation at BETWEEN places between shift j and the next; raises `most` to it."""
     a, b = value[j], value[j + 1]
     p = value[j - 1] if j else 2.0 * a - b
     q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
@@ -286,35 +296,40 @@ def _interpolate(value, j, out):
     for k in range(np.uint64(BETWEEN)):
         t = (k + 0.5) / BETWEEN
         out[k] = a + 0.5 * t * (b - p + t * (second + t * third))
+        most[k] = out[k] if out[k] > most[k] else most[k]
 
 
 @allocating
-def _moments(value, most, step, between, at):
+def _moments(value, most, step, scratch):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 
-    `between` and `at` are scratch for BETWEEN values after each, and for their places.
+    `scratch` has room for BETWEEN values after each, and for as many sums.
     """
     last, count = len(value) - 1, 0
+    weight = scratch[4 * BETWEEN :]
+    greatest = scratch[:BETWEEN]
+    greatest[:] = -np.inf
     for j in range(last):
         if value[j] >= most - FALL or value[j + 1] >= most - FALL:
-            _interpolate(value, j, between[count : count + BETWEEN])
-            for k in range(np.uint64(BETWEEN)):
-                at[count + k] = j + (k + 0.5) / BETWEEN - 0.5 * last
+            _interpolate(value, j, weight[count : count + BETWEEN], greatest)
             count += BETWEEN
-    weight = between[:count]
-    greatest = weight.max()
+    top = greatest.max()
     for k in range(np.uint64(count)):
-        weight[k] -= greatest
-    exponentials(weight)
-    total, first, second = np.zeros((3, BETWEEN))
-    for begin in range(0, count, BETWEEN):
-        part, place = weight[begin : begin + BETWEEN], at[begin : begin + BETWEEN]
-        for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
-            total[k] += part[k]
-            first[k] += part[k] * place[k]
-            second[k] += part[k] * place[k] * place[k]
+        weight[k] -= top
+    exponentials(weight[:count])
+    total, first = scratch[BETWEEN : 2 * BETWEEN], scratch[2 * BETWEEN : 3 * BETWEEN]
+    second, begin = scratch[3 * BETWEEN : 4 * BETWEEN], np.uint64(0)
+    total[:], first[:], second[:] = 0.0, 0.0, 0.0
+    for j in range(last):
+        if value[j] >= most - FALL or value[j + 1] >= most - FALL:
+            for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
+                one, at = weight[begin + k], j + (k + 0.5) / BETWEEN - 0.5 * last
+                total[k] += one
+                first[k] += one * at
+                second[k] += one * at * at
+            begin += np.uint64(BETWEEN)
     mass = total.sum()
     mean = first.sum() / mass
     # Between two places nothing is looked at.
     variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
-    return step * mean, step * math.sqrt(variance), greatest + math.log(mass * step / BETWEEN)
+    return step * mean, step * math.sqrt(variance), top + math.log(mass * step / BETWEEN)
