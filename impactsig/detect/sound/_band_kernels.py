@@ -28,7 +28,7 @@ def band_rise(earlier, power, background, freedom, per, out):
     """
     bands, count = power.shape
     frames = np.uint64(count)  # unsigned: what may count from the end is no loop of vector lanes
-    total, greatest = out[0], out[1]
+    total, greatest = out
     out[:] = 0.0
     ratio, bound = np.empty(count), np.empty(count)
     level, rise = np.empty(background.shape[1] * per), np.ones(count)
