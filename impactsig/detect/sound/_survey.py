@@ -207,9 +207,6 @@ class Survey:
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
-        resolution = 0.0
-        if np.issubdtype(core.dtype, np.floating):
-            resolution = float(np.finfo(core.dtype).eps)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
         first = window.first // hop
         return Slab(
@@ -232,7 +229,7 @@ class Survey:
             sounding,
             silent[2 : groups + 2],
             greatest,
-            resolution,
+            resolution_of(core.dtype),
             least_step(core),
         )
 
@@ -331,18 +328,17 @@ class Survey:
         toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
         self.below_step += middle(noise) < toggling * middle(self.gains) / 3.0
         noise = np.maximum(noise, toggling * self.gains)
-        rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
+        rounding = (max(slab.resolution for slab in beside) * greatest) ** 2
         found.append((np.maximum(noise, rounding), octaves))
         low = np.concatenate([slab.low_levels for slab in beside], axis=1)
         sound = np.concatenate([slab.means_sound for slab in beside])
         lowest = noise_power(low[:, begin:end], sound[begin:end], self.rises.level_bias)
         # White noise of rounding or of a step is about as strong in the next octaves.
-        least = max(rounding[-1], toggling * self.gains[-1])
-        found.append((np.maximum(lowest, least), low))
+        found.append((np.maximum(lowest, max(rounding, toggling * self.gains[-1])), low))
         bands = np.concatenate([slab.means for slab in beside], axis=1)
         noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
-        rounding = np.maximum((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
-        found.append((np.maximum(noise, rounding), bands))
+        leakage = max((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
+        found.append((np.maximum(noise, leakage), bands))
         out = []
         for noise, means in found:
             out.append(np.empty((len(noise), blocks)))
@@ -381,6 +377,12 @@ def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
     return weights / weights.sum()
+
+
+@functools.cache
+def resolution_of(kind: np.dtype) -> float:
+    """Relative resolution of numbers of a kind; 0 for integers."""
+    return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
 
 
 @functools.lru_cache(maxsize=8)

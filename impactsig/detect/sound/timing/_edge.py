@@ -16,6 +16,7 @@ import functools
 
 import numpy as np
 
+from .._nearby import middle
 from ._shared_modes_kernels import accumulate
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
@@ -74,10 +75,11 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper = np.hanning(count + 2)[1:-1]
-    spectrum = np.median(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0) / np.sum(taper**2)
+    powers = np.sort(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0)
+    spectrum = 0.5 * (powers[(len(quiet) - 1) // 2] + powers[len(quiet) // 2]) / np.sum(taper**2)
     spectrum = np.convolve(np.pad(spectrum, 2, mode="reflect"), SMOOTH, mode="valid") + error
     above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
-    density = np.median(spectrum[above])
+    density = middle(spectrum[above])
     if not density > 0.0:
         return taps
     frequency = np.arange(reach + 1) / (2 * reach + 1)

@@ -145,18 +145,19 @@ def crossings(sounds, quiet, begin, end, shares, out):
             out[i, 2] = math.sqrt(noise / quiet) / (FINE * rise)
 
 
-@njit(nogil=True)
-def abruptness(wave, split, lag, slope, count):
-    """Power of two innovations at `split` relative to the greatest two of `count`."""
+@allocating
+def abruptness(waves, split, lag, slope, count, out):
+    """Power of two innovations of each wave at `split` over the greatest two of `count`."""
     innovation = np.empty(count)
-    innovations(wave, split, lag, slope, innovation)
-    greatest = 0.0
-    for k in range(count - 1):
-        power = innovation[k] * innovation[k] + innovation[k + 1] * innovation[k + 1]
-        greatest = max(greatest, power)
-    if greatest == 0.0:
-        return 1.0
-    return (innovation[0] * innovation[0] + innovation[1] * innovation[1]) / greatest
+    for i in range(len(waves)):
+        innovations(waves[i], split, lag, slope, innovation)
+        first = greatest = 0.0
+        for k in range(count - 1):
+            power = innovation[k] * innovation[k] + innovation[k + 1] * innovation[k + 1]
+            if k == 0:
+                first = power
+            greatest = max(greatest, power)
+        out[i] = first / greatest if greatest > 0.0 else 1.0
 
 
 @allocating

@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._spread import DEVIATION_BY_MEDIAN
+from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents
 from ._shared_modes_kernels import abruptness, crossings, high_passed
@@ -138,21 +139,19 @@ class SharedModes:
         self.learned, self.held = True, []
         usable = waves[:LEARN][waves[:LEARN].any(axis=1)]
         if len(usable) >= LEAST:
-            self._model(usable)
+            plain = self._filtered(usable, self.taps)
+            crossed = self._crossed(plain)
+            self._model(usable, middle(np.sum(plain**2, axis=1)), crossed[:, 0].copy())
             if self.model is None and self.rate <= SLOW:
-                self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
-                self.spread = HALF_WAVES * float(
-                    np.nanmedian(self._crossed(self._filtered(usable, self.taps))[:, 1])
-                )
+                self.crossing = middle(self._abruptness(usable)) < ABRUPT
+                self.spread = HALF_WAVES * float(np.nanmedian(crossed[:, 1]))
         self.found.append(self._timed(waves))
 
-    def _model(self, waves: np.ndarray) -> None:
+    def _model(self, waves: np.ndarray, loud: float, guess: np.ndarray) -> None:
+        """Learn the model of sounds of that energy in the median that start near a guess."""
         few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
-        plain = self._filtered(waves, self.taps)
-        loud = float(np.median(np.sum(plain**2, axis=1)))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
-        guess = self._crossed(plain)[:, 0].copy()
         # Sounds that share nothing usually show it by a few.
         if len(few) < len(waves):
             sounds, noise = self._whitened(waves[few])
@@ -175,7 +174,7 @@ class SharedModes:
         """Whitened waves, and the white noise of a sample."""
         sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
-        noise = float(np.median(np.mean(quiet**2, axis=1)) / np.sum(self.taps**2))
+        noise = middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
         return sounds, noise
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
@@ -208,7 +207,6 @@ class SharedModes:
         return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
-        count = round(BEGINNING * self.rate)
-        return np.array(
-            [abruptness(wave, self.before, self.lag, self.slope, count) for wave in waves]
-        )
+        count, found = round(BEGINNING * self.rate), np.empty(len(waves))
+        abruptness(waves, self.before, self.lag, self.slope, count, found)
+        return found
