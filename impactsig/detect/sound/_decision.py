@@ -83,7 +83,7 @@ from ._rise_odds import (
 from ._rise_odds import SPREAD as RISE_SPREAD
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
-from ._tones import BEFORE, GROWS_ON, SPREAD, tone_odds
+from ._tones import BEFORE, GROWS_ON, SPREAD, SWELLING, tone_odds
 from ._voices import pulse_odds
 
 APART = 25e-3  # [s], crests of B
@@ -222,6 +222,7 @@ def with_tones(
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
+    crest = crest[g[crest] > SWELLING]
     growth = growth_near(passage, b, crest)
     crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(RATTLE_WITHIN / per))
     frame, odds = found.frame, found.odds.copy()

@@ -26,7 +26,7 @@ NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
-LANES = 32  # sounds that are projected side by side
+LANES = 64  # sounds that are projected side by side
 NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
 
 
@@ -198,13 +198,13 @@ def project(sounds, first, basis, energy, projections):
             total = 0.0
             for k in range(size):
                 value = sounds[at + i, first[at + i] + k]
-                block[k * LANES + i] = value
+                block[k * count + i] = value
                 total += value * value
             energy[at + i] = total
         for j in range(shifts):
             power[:] = 0.0
             for c in range(rows):
-                add_products(block, 0, LANES, 1, basis[j, c], count, sums)
+                add_products(block, 0, count, 1, basis[j, c], count, sums)
                 for i in range(count):
                     share[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
                 if c < rows - 2:
