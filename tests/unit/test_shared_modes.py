@@ -257,6 +257,12 @@ def test_sounds_without_modes_in_common_have_no_exponents():
     assert shared_exponents(noise, np.zeros(60), 0.0, RATE) == ([], [])
 
 
+def test_sounds_that_are_hardly_numbers_have_no_exponents():
+    t = np.arange(60)
+    sounds = np.tile(1e-161 * np.exp(EXPONENTS[:1] * t).real, (30, 1))
+    assert shared_exponents(sounds, np.zeros(30), 0.0, RATE) == ([], [])
+
+
 @pytest.mark.parametrize(("count", "size"), [(1, 3), (70, 41), (33, 16)])
 def test_projections_are_products_with_the_basis(count, size):
     rng = np.random.default_rng(13)

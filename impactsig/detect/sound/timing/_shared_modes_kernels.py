@@ -27,6 +27,7 @@ FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
 LANES = 64  # sounds that are projected side by side
+FAINTEST = 1e-300  # energy of which the reciprocal is a number
 NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
 
 
@@ -68,13 +69,13 @@ def accumulate(cells, factors):
 
 @njit(nogil=True)
 def add_rings(rings, energy, noise, rows, total):
-    """Add the lagged products of all rings that have energy, over it; the noise over it.
+    """Add the lagged products of all rings of more than the FAINTEST energy, over it; the noise.
 
     The noise is that of so many rows.
     """
     floor = 0.0
     for i in range(len(rings)):
-        if energy[i] > 0.0:
+        if energy[i] > FAINTEST:
             add_lagged_products(rings[i], rows, 1.0 / energy[i], total)
             floor += rows * noise / energy[i]
     return floor
