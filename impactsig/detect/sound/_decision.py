@@ -66,6 +66,7 @@ from ._nearby import (
     greatest_within,
     heard_share,
     local_mean,
+    nearest_group,
     ranked,
     rate_of_others,
     separate_crests,
@@ -186,7 +187,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
     evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
     often = rate_of_others(evident, len(b) * GROUP * seconds)
-    grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
+    grows = growth_near(passage, b, frame) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
     odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
     dense, crowd = dense_odds(place, height, crests.clear, audible, seconds)
@@ -223,7 +224,7 @@ def with_tones(
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
     crest = crest[g[crest] > SWELLING]
-    growth = growth_near(passage, b, crest)
+    growth = growth_near(passage, b, GROUP * crest)
     crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(RATTLE_WITHIN / per))
     frame, odds = found.frame, found.odds.copy()
     middle = GROUP * crest
@@ -233,6 +234,8 @@ def with_tones(
     beside = np.full(len(crest), -np.inf)
     beside[best >= 0] = odds[best[best >= 0]]
     heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    if not len(heard):
+        return found
     near = middle[heard] - BEFORE / seconds
     first_near, last_near = np.searchsorted(
         crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
@@ -260,10 +263,11 @@ def with_rises(
     known = np.concatenate(passage.known)
     if silent.any():
         known &= ~greatest_within(silent, BESIDE_SILENCE)
-    beside = np.clip(np.round(found.frame / GROUP).astype(int), 0, len(b) - 1)
+    beside = nearest_group(found.frame, len(b))
     bands, crest = greatest_within(b, 2), high_crests(h, seconds)
     vague = bands[beside] >= LEAST_BANDS
-    vague[vague] = ~np.isin(found.frame[vague], crests.place[crests.height > audible])
+    loud = np.append(crests.place[crests.height > audible], -1)
+    vague[vague] = loud[np.searchsorted(loud[:-1], found.frame[vague])] != found.frame[vague]
     frame, moved, kept = settled(found.frame, found.odds, vague, h, crest, known, seconds)
     if moved.any():
         spread = np.where(moved, RISE_SPREAD, found.spread)
@@ -328,18 +332,19 @@ def likeliest_onset(
 
 
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """How bands go on to rise [neper] where `b` is greatest within two frames of each."""
+    """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
     padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
-    place = np.clip(np.round(at).astype(int), 0, len(b) - 1)
+    place = nearest_group(at, len(b))
     strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
-    return np.concatenate(passage.growth)[np.clip(strongest, 0, len(b) - 1)]
+    strongest = np.minimum(np.maximum(strongest, 0), len(b) - 1)
+    return np.concatenate(passage.growth)[strongest]
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     """Crests of C, with the evidence of the rise `b` in narrow bands."""
     per = GROUP * seconds
     place, height = np.concatenate(passage.place), np.concatenate(passage.height)
-    beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
+    beside = nearest_group(place, len(b))
     known = np.concatenate(passage.known)[beside]
     around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
     needed = np.maximum(BORNE_OUT, around[beside])

@@ -8,6 +8,7 @@ from ._kernels import GROUP, as_high_near, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
+FEW = 16  # windows of which each is sorted, rather than all values
 RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 
 
@@ -17,13 +18,18 @@ def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
     return RAREST + others / (duration + UNHEARD)
 
 
+def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
+    """The GROUP, of so many, whose first frame is nearest to each frame."""
+    return np.minimum(np.maximum(np.rint(frame / GROUP).astype(int), 0), count - 1)
+
+
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
     """Share of what lies `within` of each place that is no digital silence."""
     if not silent.any():
         return np.ones(len(place))
     reach = round(within / (GROUP * seconds))
     quiet = local_mean(silent, reach, reach)
-    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
+    return 1.0 - quiet[nearest_group(place, len(quiet))]
 
 
 def crowd(
@@ -58,6 +64,12 @@ def ranked(
     Neither `first` nor `last` falls. `order` sorts the values, if that is known.
     """
     if order is None:
+        if len(first) <= FEW:
+            out = np.zeros(len(first), values.dtype)
+            for k, (low, high, at) in enumerate(zip(first, last, rank, strict=True)):
+                if 0 <= at < high - low:
+                    out[k] = np.partition(values[low:high], at)[at]
+            return out
         order = np.argsort(values)
     found = np.empty(len(first), np.int64)
     tree = np.zeros(len(values) + 1, np.int32)
