@@ -441,18 +441,18 @@ def variance_change(squares, at, reach, gains):
         total += squares[k]
     mean, least = total / count, 1e-12 * total / count
     split, gain = at, -1.0
-    if not mean > 0.0:
-        return split, gain
     begin, end = max(at - reach, 1), min(count, at + reach + 1)
-    i, j = begin - at + reach, max(end, begin) - at + reach
-    of, before, after = gains[0][i:j], gains[1][i:j], gains[2][i:j]
+    if begin >= end or not mean > 0.0:
+        return split, gain
+    low, high = begin - at + reach, end - at + reach
+    of, before, after = gains[0][low:high], gains[1][low:high], gains[2][low:high]
     near = np.uint64(len(of))
     head = 0.0
     for k in range(begin - 1):
         head += squares[k]
-    for i in range(near):
-        head += squares[begin - 1 + i]
-        before[i] = head
+    for k in range(begin, end):
+        head += squares[k - 1]
+        before[k - begin] = head
     for i in range(near):  # in vector lanes, as what follows
         k = np.float64(begin) + np.float64(i)
         earlier, later = before[i] / k, (total - before[i]) / (count - k)
