@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._lanes import exponentials, logarithms
+from impactsig.detect.sound._lane_kernels import exponentials, logarithms
 
 
 def in_last_places(found, exact):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..._compiled import allocating, njit
-from ._lanes import logarithms
+from ._lane_kernels import logarithms
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB

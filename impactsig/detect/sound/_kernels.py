@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, njit
-from ._lanes import logarithms
+from ._lane_kernels import logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from

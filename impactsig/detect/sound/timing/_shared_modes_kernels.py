@@ -19,7 +19,7 @@ import numpy as np
 
 from ...._compiled import allocating, kernel, njit
 from .._kernels import innovations
-from .._lanes import exponentials, logarithms
+from .._lane_kernels import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, taps_at
 
 NEAR_TAPS = 8  # samples on either side that a crossing is made of
