@@ -49,8 +49,9 @@ def test_variance_of_a_split_is_that_of_its_probability():
 def test_gains_are_those_of_every_split():
     squares = np.random.default_rng(3).standard_normal(40) ** 2
     squares[25:] *= 9.0
-    gains = np.empty(11)
-    split, gain = variance_change(squares, 23, 5, gains)
+    scratch = np.empty((3, 11))
+    split, gain = variance_change(squares, 23, 5, scratch)
+    gains = scratch[0]
     for i, found in enumerate(gains):
         before, after = squares[: 18 + i], squares[18 + i :]
         slow = 40 * np.log(squares.mean())

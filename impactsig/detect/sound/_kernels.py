@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, njit
+from ._lane_kernels import logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -299,7 +300,7 @@ def as_high_near(height, asked, first, last, share, out):
         out[k] = count - (own > level)
 
 
-@njit(nogil=True)
+@allocating
 def measure(x, places, valid, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and the sound around each.
 
@@ -313,7 +314,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
         variance of the attack and the samples from there until the sound is clear
     sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
     """
-    gains = np.empty(2 * scale.reach + 1)
+    gains = np.empty((2, 3, 2 * scale.reach + 1))
     for found in range(len(places)):
         split, out[found, 3] = attack(x, places[found], valid, scale, gains)
         out[found, 0] = split - 0.5
@@ -327,7 +328,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
             innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
 
 
-@njit(nogil=True)
+@allocating
 def attack(x, at, valid, scale, gains):
     """First sample after the greatest change of variance near `at`, with its variance.
 
@@ -341,18 +342,17 @@ def attack(x, at, valid, scale, gains):
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
     squares = np.empty(max(last - first, 0))
+    long, short = gains[0], gains[1]
     innovations(x, first, scale.long_lag, scale.slope, squares)
     square(squares)
-    long_split, long_gain = variance_change(squares, at - first, scale.reach, gains)
-    together = counting_as_one(long_gain, len(squares), scale.short_lag)
-    long_spread = split_variance(gains, at - first - scale.reach, long_split, 2.0 * together)
+    long_split, long_gain = variance_change(squares, at - first, scale.reach, long)
     innovations(x, first, scale.short_lag, scale.slope, squares)
     square(squares)
-    split, gain = variance_change(squares, at - first, scale.reach, gains)
-    if gain >= long_gain:
-        together = counting_as_one(gain, len(squares), scale.short_lag)
-        return first + split, split_variance(gains, at - first - scale.reach, split, 2.0 * together)
-    return first + long_split, long_spread
+    split, gain = variance_change(squares, at - first, scale.reach, short)
+    if gain < long_gain:
+        split, gain, short = long_split, long_gain, long
+    spread = 2.0 * counting_as_one(gain, len(squares), scale.short_lag)
+    return first + split, split_variance(short[0], at - first - scale.reach, split, spread)
 
 
 @njit(nogil=True)
@@ -413,10 +413,10 @@ def innovations(x, first, lag, slope, out):
 
     y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
     """
-    share = lag / slope
-    for k in range(len(out)):
-        i = first + k
-        out[k] = x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]
+    share, count = lag / slope, np.uint64(len(out))
+    now, then, before = np.uint64(first), np.uint64(first - lag), np.uint64(first - lag - slope)
+    for k in range(count):
+        out[k] = x[now + k] - (1.0 + share) * x[then + k] + share * x[before + k]
 
 
 @njit(nogil=True)
@@ -426,35 +426,49 @@ def square(values):
         values[k] *= values[k]
 
 
-@njit(nogil=True)
+@allocating
 def variance_change(squares, at, reach, gains):
     """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
 
     That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
     how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
-    every split at - reach + i is left in gains[i], -1 where the mean does not rise.
+    every split at - reach + i is left in gains[0, i], -1 where the mean does not rise; the other
+    two rows are scratch.
     """
-    count = len(squares)
-    gains[:] = -1.0
-    total = 0.0
+    count, total = len(squares), 0.0
+    gains[0] = -1.0
     for k in range(count):
         total += squares[k]
+    mean, least = total / count, 1e-12 * total / count
     split, gain = at, -1.0
-    if total == 0.0:
+    begin, end = max(at - reach, 1), min(count, at + reach + 1)
+    if begin >= end or not mean > 0.0:
         return split, gain
-    whole, least = count * np.log(total / count), 1e-12 * total / count
+    low, high = begin - at + reach, end - at + reach
+    of, before, after = gains[0][low:high], gains[1][low:high], gains[2][low:high]
+    near = np.uint64(len(of))
     head = 0.0
-    for k in range(1, min(count, at + reach + 1)):
+    for k in range(begin - 1):
+        head += squares[k]
+    for k in range(begin, end):
         head += squares[k - 1]
-        if k < at - reach:
-            continue
-        before = max(head / k, least)
-        after = max((total - head) / (count - k), least)
-        if after > before:
-            gained = whole - k * np.log(before) - (count - k) * np.log(after)
-            gains[k - at + reach] = max(gained, 0.0)
+        before[k - begin] = head
+    for i in range(near):  # in vector lanes, as what follows
+        k = np.float64(begin) + np.float64(i)
+        earlier, later = before[i] / k, (total - before[i]) / (count - k)
+        earlier = earlier if earlier > least else least
+        later = later if later > least else least
+        of[i] = 0.0 if later > earlier else -1.0
+        before[i], after[i] = earlier / mean, later / mean
+    logarithms(before)
+    logarithms(after)
+    for i in range(near):
+        k = np.float64(begin) + np.float64(i)
+        gained = -k * before[i] - (count - k) * after[i]
+        if of[i] == 0.0:
+            of[i] = max(gained, 0.0)
             if gained > gain:
-                split, gain = k, gained
+                split, gain = begin + np.int64(i), gained
     return split, gain
 
 
