@@ -19,8 +19,8 @@ from ._lane_kernels import logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
-ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
-MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
+DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
+MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
@@ -334,36 +334,54 @@ def attack(x, at, valid, scale, gains):
 
     Of the innovations over the short and the long lag, those whose change is the more likely
     count: room noise is weakest in the former, white noise in the latter. `at` itself where the
-    variance rises in neither. `gains` is scratch of 2 reach + 1.
+    variance rises in neither. `gains` is scratch of (2, 3, 2 reach + 1).
 
     The variance is that of the probability of all splits within reach, and of the place between
     two samples.
     """
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
-    squares = np.empty(max(last - first, 0))
-    long, short = gains[0], gains[1]
-    innovations(x, first, scale.long_lag, scale.slope, squares)
-    square(squares)
-    long_split, long_gain = variance_change(squares, at - first, scale.reach, long)
-    innovations(x, first, scale.short_lag, scale.slope, squares)
-    square(squares)
-    split, gain = variance_change(squares, at - first, scale.reach, short)
-    if gain < long_gain:
-        split, gain, short = long_split, long_gain, long
-    spread = 2.0 * counting_as_one(gain, len(squares), scale.short_lag)
-    return first + split, split_variance(short[0], at - first - scale.reach, split, spread)
+    squares = np.empty((2, max(last - first, 0)))
+    best, split, gain = 0, at - first, -1.0
+    for k in range(2):
+        lag = scale.short_lag if k == 0 else scale.long_lag
+        innovations(x, first, lag, scale.slope, squares[k])
+        square(squares[k])
+        place, gained = variance_change(squares[k], at - first, scale.reach, gains[k])
+        if k == 0 or gained > gain:
+            best, split, gain = k, place, gained
+    together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
+    earliest = at - first - scale.reach
+    return first + split, split_variance(gains[best, 0], earliest, split, 2.0 * together)
 
 
 @njit(nogil=True)
-def counting_as_one(gain, count, lag):
-    """Number of dependent innovations that count as one.
+def counting_as_one(squares, split, gain, lags):
+    """Number of dependent squares that count as one where their mean changes by `gain`.
 
-    A weak rise shows in the mean of many, of which about as many count as one as the lag has
-    samples; a strong one in a single innovation.
+    A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
+    correlation at each lag before and after the split. A strong one shows in a single square.
     """
-    jump = 2.0 * max(gain, 0.0) / count  # logarithm of the variance after over that before, nearly
-    return ALIKE_SAMPLES * lag ** min(MOST_TOGETHER, JUMP / (JUMP + jump))
+    away = np.empty(len(squares))
+    for first, last in ((0, split), (split, len(squares))):
+        mean = 0.0
+        for i in range(first, last):
+            mean += squares[i] / (last - first)
+        for i in range(first, last):
+            away[i] = squares[i] / mean - 1.0 if mean > 0.0 else 0.0
+    alone, together = 0.0, 1.0
+    for i in range(len(away)):
+        alone += away[i] * away[i]
+    if not alone > 0.0:
+        return DEPENDENT
+    for lag in range(1, lags + 1):
+        total = 0.0
+        for first, last in ((0, split), (split, len(squares))):
+            for i in range(first, last - lag):
+                total += away[i] * away[i + lag]
+        together += 2.0 * max(total / alone, 0.0)
+    jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
+    return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
 
 
 @njit(nogil=True)
