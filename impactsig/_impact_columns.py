@@ -86,7 +86,7 @@ def instants(time: Any) -> np.ndarray:
         If they are none.
     """
     array = vector("time", time)
-    if np.any(np.diff(array) < 0):
+    if (array[1:] < array[:-1]).any():
         where = int(np.argmax(np.diff(array) < 0)) + 1
         raise InvalidInput(
             "time",
@@ -107,8 +107,8 @@ def flag_column(value: Any, length: int) -> np.ndarray:
     """
     given = np.asarray(value)
     if given.shape == (0,):
-        given = np.zeros(length, np.uint8)
-    if given.dtype.kind not in "biu" or given.ndim != 1 or np.any((given < 0) | (given > 255)):
+        return np.zeros(length, np.uint8)
+    if given.dtype.kind not in "biu" or given.ndim != 1 or ((given < 0) | (given > 255)).any():
         raise InvalidInput("flags", value, f"whole numbers from 0 to 255, shape ({length},)")
     if len(given) != length:
         raise InvalidInput("flags", f"shape {given.shape}", f"shape ({length},)")

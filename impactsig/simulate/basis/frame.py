@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -74,8 +75,9 @@ def place_of(initial: Any) -> tuple[float, float]:
     return x, v
 
 
+@lru_cache(maxsize=64)
 def forcing_of_one(oscillator: Oscillator) -> tuple[Columns, Forcing]:
-    """Columns and forcing of one oscillator, whose period may be that of its law."""
+    """Columns and forcing of one oscillator, whose period may be that of its law; cached."""
     columns = columns_of([oscillator])
     omega, recurs = reference_frequency(oscillator), oscillator.forcing_recurs
     return columns, forcing_of(columns, (np.array([omega]), np.array([recurs])))
