@@ -217,7 +217,7 @@ class Cantilever:
     def tuned(self, frequency: float) -> Cantilever:
         """The beam with Young's modulus adjusted to a measured first natural frequency.
 
-        A clamp that gives way, or a sensor's mass, lowers a frequency; this puts it down to the
+        A clamp that gives way, or a sensor's mass, lowers a frequency; this attributes it to the
         modulus, and so lowers all modes alike.
 
         Parameters

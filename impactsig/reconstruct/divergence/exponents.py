@@ -130,7 +130,7 @@ class LyapunovExponent(Shown):
         return self.interval[0] / self.step, self.interval[1] / self.step
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         if self.verdict == "periodic":
             words = f"periodic: the values recur after {self.period}, exponent 0"
         elif self.exponent is None:
