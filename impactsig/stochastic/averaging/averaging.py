@@ -153,7 +153,7 @@ class AveragedDensity(Shown):
         return DensityShape(energy, maximum, own.joint(energy), lower, upper)
 
     def energy_density(self, energy: Any) -> np.ndarray:
-        """Density p(H) of the energy; infinite at H = 0 where the well is flatter than a parabola."""
+        """Density p(H) of the energy; infinite at H = 0 in a well flatter than a parabola."""
         return _over(self._density.density, _reals("energy", energy))
 
     def cumulative(self, energy: Any) -> np.ndarray:
