@@ -167,7 +167,7 @@ class Controlled:
 
     @property
     def moving_on_orbits(self) -> Any:
-        """The system that moves on periodic orbits: the one without control, if feedback is 0 there."""
+        """The system that moves on periodic orbits: without control where feedback is 0 there."""
         if self.dimension is not None:
             return self
         if isinstance(self.controller, IntervalFeedback) and self.controller.offset:

@@ -207,7 +207,7 @@ class Cantilever:
         mode = whole("mode", mode, 1)
         try:
             x = np.asarray(x, float)
-        except (TypeError, ValueError):
+        except Exception:
             raise InvalidInput("x", x, "distances from the clamp [m]") from None
         if not ((x >= 0) & (x <= self.length * (1 + 1e-12))).all():
             raise InvalidInput("x", x, f"places on the beam, 0 to {self.length:g} m")

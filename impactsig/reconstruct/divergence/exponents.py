@@ -364,7 +364,7 @@ def lyapunov_exponent(
 def _given_region(region: Any) -> tuple[int, int]:
     try:
         first, last = region
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("region", region, "first and last step of the line") from None
     first, last = whole("region", first, 0), whole("region", last, 1)
     if last - first < 1:

@@ -314,7 +314,7 @@ def correlation_sum(
 def _two_dimensional(x: Any) -> bool:
     try:
         return not isinstance(x, Impacts) and np.ndim(x) == 2
-    except ValueError:  # rows of different lengths
+    except Exception:  # rows of different lengths, or an array that raises
         return False
 
 

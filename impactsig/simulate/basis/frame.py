@@ -70,7 +70,7 @@ def place_of(initial: Any) -> tuple[float, float]:
     required = "two finite numbers: displacement and velocity"
     try:
         x, v = (number("initial", value, required) for value in initial)
-    except (TypeError, ValueError):  # no sequence, or not of two
+    except Exception:  # no sequence, or not of two
         raise InvalidInput("initial", initial, required) from None
     return x, v
 

@@ -399,7 +399,7 @@ def _reals(name: str, given: Any) -> np.ndarray:
     """
     try:
         found = np.asarray(given, float)
-    except (TypeError, ValueError):
+    except Exception:
         found = np.array(np.nan)
     if not np.all(np.isfinite(found)):
         raise InvalidInput(name, given, "finite numbers")
