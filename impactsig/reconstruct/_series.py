@@ -40,7 +40,10 @@ def series(x: Any, argument: str = "x", least: int = 2, gap: int = 0) -> np.ndar
     if isinstance(x, Impacts):
         values, crossing = np.diff(x.time), x.interval_spans_gap()
     else:
-        values, crossing = reals(argument, x, "a series of real numbers"), None
+        required = "a series of real numbers"
+        values, crossing = reals(argument, x, required), None
+        if np.asarray(x).dtype.kind == "b":
+            raise InvalidInput(argument, x, required)
     if values.ndim != 1:
         raise InvalidInput(
             argument, f"shape {values.shape}", "one dimension, shape (n,)",
