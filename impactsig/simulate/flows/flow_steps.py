@@ -245,17 +245,21 @@ def between(s, y, share, n):
 
 @kernel
 def states(tab, field, s, course, instants, out, done, steps):
-    """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
+    """States at as many ascending instants as `out` holds, from `done` on.
+
+    The last instant is where the run ends, to which the last step is shortened. Returns how the
+    calculation ended, and how many states are done.
+    """
     y = course.state
     if course.pace[WISH] == 0.0:
         rates_at(field, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[TIME]
-        while done < len(instants) and instants[done] <= t:
+        while done < len(out) and instants[done] <= t:
             for n in range(field.size):
                 out[done, n] = y[n]
             done += 1
-        if done == len(instants):
+        if done == len(out):
             return DONE, done
         end = instants[-1]
         h = stride(tab, field, s, course, end - t)
@@ -264,7 +268,7 @@ def states(tab, field, s, course, instants, out, done, steps):
         after = end if h >= end - t else t + h
         if instants[done] < after:
             interpolate(tab, field, s, t, h, y)
-            while instants[done] < after:
+            while done < len(out) and instants[done] < after:
                 share = min((instants[done] - t - course.clock[ROUNDED]) / h, 1.0)
                 for n in range(field.size):
                     out[done, n] = between(s, y, share, n)
