@@ -292,12 +292,28 @@ def test_kinds_are_given_up_by_the_score_of_all_instants(monkeypatch, ahead, giv
     monkeypatch.setattr(joint, "together", lambda *given: enough.append(given[-1]))
     names = ("restitution", "damping", "amplitude")
     limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
-    rng = np.random.default_rng(1)
+    rng = {"echo": np.random.default_rng(1)}
     asked = joint.Asked(names, {"natural_frequency": 22.2}, limits, False, ("rigid", "echo"), rng)
     better = SimpleNamespace(first=500.0 + apart - ahead * near, evidence=300.0, kind="rigid")
     found = joint._candidate("echo", trains, [FREQUENCY] * 2, asked, heard, None, better)
     assert (found is not None) == given_up
     assert enough == ([] if given_up else [pytest.approx(near - apart - 300.0)])
+
+
+def test_what_one_kind_draws_changes_no_other(monkeypatch):
+    drawn = []
+
+    def candidate(kind, trains, frequencies, asked, *others):
+        drawn.append((kind, asked.rng[kind].random()))
+
+    monkeypatch.setattr(joint, "_candidate", candidate)
+    train = simulate(scenes.karpodinis(20.1), periods=300, transient=100).impacts
+    for kinds in (("rigid", "two-sided"), ("two-sided",)):
+        with pytest.raises(InvalidInput, match="one oscillator"):
+            fit_oscillator([train] * 2, [1 / 20.1] * 2, natural_frequency=22.2, kinds=kinds, seed=3)
+    (rigid, first), (_, both), (_, alone) = drawn
+    assert rigid == "rigid"
+    assert first != both == alone
 
 
 @pytest.mark.slow
