@@ -80,7 +80,7 @@ def fit(drop: Drop, law: float, share: float) -> Fit:
     """Least squares, from a restitution coefficient to begin at."""
     from scipy.optimize import least_squares
 
-    measured = [] if drop.contact_errors is None else drop.contacts
+    measured = drop.contacts[:0] if drop.contact_errors is None else drop.contacts
     observed = drop.whitened(np.concatenate((drop.instants - drop.instants[0], measured)))
 
     def linear(at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -112,7 +112,8 @@ def _sums(restitution: float, law: float, count: int) -> tuple[np.ndarray, np.nd
     """Sums of r^(law k) over the bounces before each, and their derivatives by r."""
     power = restitution ** (law * np.arange(count - 1))
     slope = law * np.arange(count - 1) * power / restitution
-    return tuple(np.concatenate(([0.0], np.cumsum(one))) for one in (power, slope))
+    summed, by_ratio = (np.concatenate(([0.0], np.cumsum(one))) for one in (power, slope))
+    return summed, by_ratio
 
 
 def _variance(jacobian: np.ndarray, k: int) -> float:
