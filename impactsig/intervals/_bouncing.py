@@ -51,7 +51,8 @@ def bouncing(impacts: Impacts, contacts: np.ndarray) -> np.ndarray:
 
 def _follow(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of flights of which the second begins where the first ends, in their order."""
-    low, high = np.searchsorted(begin, end), np.searchsorted(begin, end, side="right")
-    first = np.repeat(np.arange(len(begin)), high - low)
+    low: np.ndarray = np.searchsorted(begin, end)
+    high: np.ndarray = np.searchsorted(begin, end, side="right")
+    first: np.ndarray = np.repeat(np.arange(len(begin)), high - low)
     within = np.arange(len(first)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
     return first, low[first] + within

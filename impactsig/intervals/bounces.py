@@ -192,7 +192,7 @@ def _drop(impacts: Impacts, which: np.ndarray, contacts: np.ndarray, contact: Co
         instants, before = instants + contacts / 2, 0.0
         errors = np.sqrt(np.maximum(whole**2 - own**2 / 4, (LEAST_MIDDLE * whole) ** 2))
         spread = _contact_covariance(own, None if impacts.peak is None else impacts.peak[which])
-    every = np.append(errors, [] if spread is None else np.diag(spread))
+    every = errors if spread is None else np.append(errors, np.diag(spread))
     if not (np.isfinite(every).all() and every.min() > 0):
         raise InvalidInput(
             "impacts", "instants whose errors are 0 or not known", "positive standard errors",
