@@ -20,7 +20,7 @@ def bouncing(impacts: Impacts, contacts: np.ndarray) -> np.ndarray:
     if len(impacts) <= 2:  # which make one flight
         return np.arange(len(impacts))
     gaps = np.concatenate(([0], np.cumsum(impacts.interval_spans_gap())))
-    begin = np.repeat(np.arange(len(impacts) - 1), OVER + 1)
+    begin: np.ndarray = np.repeat(np.arange(len(impacts) - 1), OVER + 1)
     end = begin + np.tile(np.arange(OVER + 1), len(impacts) - 1) + 1
     begin, end = begin[end < len(impacts)], end[end < len(impacts)]
     flight = impacts.time[end] - impacts.time[begin] - contacts[begin]
@@ -51,8 +51,8 @@ def bouncing(impacts: Impacts, contacts: np.ndarray) -> np.ndarray:
 
 def _follow(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of flights of which the second begins where the first ends, in their order."""
-    low: np.ndarray = np.searchsorted(begin, end)
-    high: np.ndarray = np.searchsorted(begin, end, side="right")
+    low = np.asarray(np.searchsorted(begin, end))
+    high = np.asarray(np.searchsorted(begin, end, side="right"))
     first: np.ndarray = np.repeat(np.arange(len(begin)), high - low)
     within = np.arange(len(first)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
     return first, low[first] + within
