@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._common_rest import crest_of, is_clear
 from ._model import POWER, POWERS, parts_of
 from ._touch import STRETCHES, add_edges, read_touch
@@ -100,7 +100,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
 
 
-@inner
+@kernel
 def allow_for_unseen(rows, alike, hidden, timed):
     """Increase the errors of pulses that the family follows by what samples do not show.
 
@@ -118,13 +118,13 @@ def allow_for_unseen(rows, alike, hidden, timed):
         _add_touches(rows[k], first, last, first, timed)
 
 
-@inner
+@kernel
 def _samples_on(edge):
     """Samples on an edge, one at least: a touch lies between two."""
     return max(edge, 1.0)
 
 
-@inner
+@kernel
 def _add_touches(row, first, last, few, timed):
     """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
     row[ERRORS] = math.hypot(row[ERRORS], first)
@@ -133,7 +133,7 @@ def _add_touches(row, first, last, few, timed):
         row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)
 
 
-@inner
+@kernel
 def what_is_left(rows, alike):
     """Mean square of what the family leaves of the pulses, over their heights; 0 for nothing."""
     total = weight = 0.0
@@ -149,14 +149,14 @@ def what_is_left(rows, alike):
     return max(total / weight - 2.0 / math.sqrt(weight), 0.0)
 
 
-@inner
+@kernel
 def _length(row):
     """Fitted length of a pulse, whatever level its contact time refers to."""
     parts = parts_of(row[FIT + NOW :])
     return parts.rise + parts.flat + parts.fall
 
 
-@inner
+@kernel
 def _mean_edges(rows, alike):
     """Mean shares of rise and fall in the lengths of pulses, and the powers of both edges."""
     rise = fall = early = late = total = 0.0

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import inlined, inner, kernel, njit
+from ..._compiled import inlined, kernel, njit
 from ...simulate.basis.events import (
     DONE,
     IMPACT_COUNT,
@@ -74,7 +74,7 @@ def comes_near(strobes, n, limit, longest):
     return near
 
 
-@inner
+@kernel
 def least(strobes, n, m, limit):
     """Least divisor of m after which the last m strobes repeat within a limit."""
     for d in range(1, m):
@@ -165,7 +165,7 @@ def follow(p, scratch, upper, lower, clock, state, count, strobes, first, rule, 
     return DONE, len(strobes) - 1, period if len(strobes) - 1 - seen <= 3 * longest else 0, -1
 
 
-@inner
+@kernel
 def go_on(p, scratch, upper, lower, clock, state, count, strobes, rule, known, found):
     """`follow` a motion from where it is, which `found` says; that is then brought up to date.
 
