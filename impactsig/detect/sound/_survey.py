@@ -180,7 +180,12 @@ class Survey:
         half = len(x) // 2
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
+        step = least_step(core)
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
+        bridged = self.gate.bridged(x, power, step)
+        if bridged is not None:
+            x = bridged
+            octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
         groups = -(-count // GROUP)
         low, low_parts = self.rises.powers(self.scratch[:, :total], left, -(-groups // 2))
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
@@ -232,7 +237,7 @@ class Survey:
             silent[2 : groups + 2],
             greatest,
             resolution_of(core.dtype),
-            least_step(core),
+            step,
         )
 
     def _settle(self) -> None:
