@@ -21,17 +21,19 @@ from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
-BETWEEN, FEWEST = 0.6, 5.0
+BETWEEN, FEWEST = 0.5, 5.0
 """Samples, over the clear pulses, or so many, and over the square of a steep edge's power: to no
 better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
 1/n of its touch.
 """
-COARSE, UNSEEN = 0.25, 0.075
+COARSE, UNSEEN = 0.2, 0.06
 """Of a sample, over the samples of an edge: how far off its touch is for want of samples.
 
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
+OUTWARDS = 1.1
+"""Times that, how far outwards a touch is read in the mean over shapes."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -88,13 +90,9 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
-        _add_touches(
-            row,
-            math.hypot(first, COARSE / _samples_on(rise * length)),
-            math.hypot(last, COARSE / _samples_on(fall * length)),
-            COARSE / _samples_on(rise * length),
-            timed,
-        )
+        begin, stop = COARSE / _samples_on(rise * length), COARSE / _samples_on(fall * length)
+        _move_inwards(row, begin, stop, timed)
+        _add_touches(row, math.hypot(first, begin), math.hypot(last, stop), begin, timed)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
@@ -113,6 +111,7 @@ def allow_for_unseen(rows, alike, hidden, timed):
         flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
         few = UNSEEN + (COARSE - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
+        _move_inwards(rows[k], few / rise, few / fall, timed)
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
         _add_touches(rows[k], first, last, first, timed)
@@ -122,6 +121,14 @@ def allow_for_unseen(rows, alike, hidden, timed):
 def _samples_on(edge):
     """Samples on an edge, one at least: a touch lies between two."""
     return max(edge, 1.0)
+
+
+@inner
+def _move_inwards(row, begin, stop, timed):
+    """Move the touches by what they are off outwards in the mean, of their errors [samples]."""
+    row[0] += OUTWARDS * begin
+    if timed:
+        row[1] -= OUTWARDS * (begin + stop)
 
 
 @inner

@@ -198,5 +198,7 @@ def read_touch(edge, power, spread):
             factor(low)
             invert(low, inverse)
             free = max(count - 3, 1)
-            touch, variance, least = p[0], inverse[0, 0] * max(misfit / free, 1.0), cost
+            # More than noise leaves now and then.
+            beyond = max(misfit / free - 2.0 * math.sqrt(2.0 / free), 1.0)
+            touch, variance, least = p[0], inverse[0, 0] * beyond, cost
     return touch, variance
