@@ -21,18 +21,18 @@ from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
-BETWEEN, FEWEST = 0.5, 5.0
+BETWEEN, FEWEST = 0.4, 5.0
 """Samples, over the clear pulses, or so many, and over the square of a steep edge's power: to no
 better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
 1/n of its touch.
 """
-COARSE, UNSEEN = 0.2, 0.06
+COARSE, UNSEEN = 0.16, 0.05
 """Of a sample, over the samples of an edge: how far off its touch is for want of samples.
 
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
-OUTWARDS = 1.1
+OUTWARDS = 1.4
 """Times that, how far outwards a touch is read in the mean over shapes."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
