@@ -21,7 +21,7 @@ from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
-BETWEEN, FEWEST = 0.4, 5.0
+BETWEEN, FEWEST = 0.6, 5.0
 """Samples, over the clear pulses, or so many, and over the square of a steep edge's power: to no
 better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
 1/n of its touch.
@@ -32,8 +32,10 @@ COARSE, UNSEEN = 0.16, 0.05
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
-OUTWARDS = 1.4
-"""Times that, how far outwards a touch is read in the mean over shapes."""
+OUTWARDS, SOFT = 1.4, 1.5
+"""Times that, how far outwards a touch is read in the mean over shapes of edges of a power of 1 and
+less. From a power of 1.5 on edges have hardly a slope there, and are off either way, by SOFT times
+as much."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -66,8 +68,8 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.sqrt(left)
-    start, start_variance = read_touch(edges[0], early, OFF_START * r / rise)
-    end, end_variance = read_touch(edges[1], late, OFF_END * r / fall)
+    start, start_variance, foot = read_touch(edges[0], early, OFF_START * r / rise)
+    end, end_variance, tail = read_touch(edges[1], late, OFF_END * r / fall)
     start, end = start * rise, -end * fall
     clear = 0
     for k in alike:
@@ -91,7 +93,7 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
         begin, stop = COARSE / _samples_on(rise * length), COARSE / _samples_on(fall * length)
-        _move_inwards(row, begin, stop, timed)
+        begin, stop = _move_inwards(row, begin, stop, max(early, foot), max(late, tail), timed)
         _add_touches(row, math.hypot(first, begin), math.hypot(last, stop), begin, timed)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
@@ -111,9 +113,11 @@ def allow_for_unseen(rows, alike, hidden, timed):
         flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
         few = UNSEEN + (COARSE - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
-        _move_inwards(rows[k], few / rise, few / fall, timed)
-        first = math.hypot(few / rise, OFF_START * r * length)
-        last = math.hypot(few / fall, OFF_END * r * length)
+        p = rows[k, FIT + NOW :]
+        early, late = math.exp(p[POWER] + p[POWERS]), math.exp(p[POWER] - p[POWERS])
+        begin, stop = _move_inwards(rows[k], few / rise, few / fall, early, late, timed)
+        first = math.hypot(begin, OFF_START * r * length)
+        last = math.hypot(stop, OFF_END * r * length)
         _add_touches(rows[k], first, last, first, timed)
 
 
@@ -124,11 +128,17 @@ def _samples_on(edge):
 
 
 @inner
-def _move_inwards(row, begin, stop, timed):
-    """Move the touches by what they are off outwards in the mean, of their errors [samples]."""
-    row[0] += OUTWARDS * begin
+def _move_inwards(row, begin, stop, early, late, timed):
+    """Move the touches by what they are off outwards in the mean; returns their errors [samples].
+
+    Of errors `begin` and `stop` of edges with a slope at the touch, and the powers of the edges.
+    """
+    first = min(max(3.0 - 2.0 * early, 0.0), 1.0)
+    last = min(max(3.0 - 2.0 * late, 0.0), 1.0)
+    row[0] += OUTWARDS * first * begin
     if timed:
-        row[1] -= OUTWARDS * (begin + stop)
+        row[1] -= OUTWARDS * (first * begin + last * stop)
+    return begin * (SOFT + (1.0 - SOFT) * first), stop * (SOFT + (1.0 - SOFT) * last)
 
 
 @inner
