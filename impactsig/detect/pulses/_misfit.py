@@ -92,8 +92,9 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
-        begin, stop = COARSE / _samples_on(rise * length), COARSE / _samples_on(fall * length)
-        begin, stop = _move_inwards(row, begin, stop, max(early, foot), max(late, tail), timed)
+        one, two = _samples_on(rise * length), _samples_on(fall * length)
+        steep = _steep(max(early, foot), one), _steep(max(late, tail), two)
+        begin, stop = _move_inwards(row, COARSE / one, COARSE / two, steep, timed)
         _add_touches(row, math.hypot(first, begin), math.hypot(last, stop), begin, timed)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
@@ -115,7 +116,8 @@ def allow_for_unseen(rows, alike, hidden, timed):
         length = parts.rise + parts.flat + parts.fall
         p = rows[k, FIT + NOW :]
         early, late = math.exp(p[POWER] + p[POWERS]), math.exp(p[POWER] - p[POWERS])
-        begin, stop = _move_inwards(rows[k], few / rise, few / fall, early, late, timed)
+        steep = _steep(early, rise), _steep(late, fall)
+        begin, stop = _move_inwards(rows[k], few / rise, few / fall, steep, timed)
         first = math.hypot(begin, OFF_START * r * length)
         last = math.hypot(stop, OFF_END * r * length)
         _add_touches(rows[k], first, last, first, timed)
@@ -128,13 +130,18 @@ def _samples_on(edge):
 
 
 @inner
-def _move_inwards(row, begin, stop, early, late, timed):
+def _steep(power, samples):
+    """Whether an edge is one whose touch is read outwards, from 0 to 1: not of one sample."""
+    return min(max(3.0 - 2.0 * power, 0.0), 1.0) * min(samples - 1.0, 1.0)
+
+
+@inner
+def _move_inwards(row, begin, stop, steep, timed):
     """Move the touches by what they are off outwards in the mean; returns their errors [samples].
 
-    Of errors `begin` and `stop` of edges with a slope at the touch, and the powers of the edges.
+    Of errors `begin` and `stop` of edges that are `steep`.
     """
-    first = min(max(3.0 - 2.0 * early, 0.0), 1.0)
-    last = min(max(3.0 - 2.0 * late, 0.0), 1.0)
+    first, last = steep
     row[0] += OUTWARDS * first * begin
     if timed:
         row[1] -= OUTWARDS * (first * begin + last * stop)
