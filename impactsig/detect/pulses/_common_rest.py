@@ -62,6 +62,9 @@ DOUBT = 3.0 * USUAL
 """What noise hardly ever leaves."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
+MEAN_SLOPE = 0.6
+"""Points to either side that a slope is the mean over, at least. That of a foot between two samples
+would bind a steep pulse to the sample that happens to lie there."""
 
 
 @kernel
@@ -273,7 +276,7 @@ def _linearize_missed(p, count, rest, room):
     for k in range(count):
         drawn = within.first <= k < within.last
         room.family[k] = curve[VALUE, k - within.first] if drawn else 0.0
-    apart = 0.5 * min(parts.rise, parts.fall) / PER_EDGE
+    apart = max(0.5 * min(parts.rise, parts.fall) / PER_EDGE, MEAN_SLOPE * per)
     u = points[0] - p[START]
     draw(p, parts, u - apart, per, count, early)
     draw(p, parts, u + apart, per, count, late)
