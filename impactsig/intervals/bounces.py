@@ -189,7 +189,7 @@ def _drop(impacts: Impacts, which: np.ndarray, contacts: np.ndarray, contact: Co
         whole = np.minimum(impacts.time_error[which], MOST_TIME)
         own = np.minimum(impacts.contact_time_error[which], MOST_TIME)
         # A contact that is measured too long begins too early: its middle has less of an error.
-        instants, before = instants + contacts / 2, 0.0
+        instants, before = instants + contacts / 2, np.zeros(len(which))
         errors = np.sqrt(np.maximum(whole**2 - own**2 / 4, (LEAST_MIDDLE * whole) ** 2))
         spread = _contact_covariance(own, None if impacts.peak is None else impacts.peak[which])
     every = errors if spread is None else np.append(errors, np.diag(spread))

@@ -204,10 +204,10 @@ def write_each_report(
     made: dict[Path, Entry | ImpactsigError] = {}
     wanted = []
     for number, (path, page) in enumerate(zip(paths, pages, strict=True)):
-        one = Wanted(page, digest_of_page(runs[number], path, options[number])) if runs else None
-        kept = None if one is None else one.current()
+        target = Wanted(page, digest_of_page(runs[number], path, options[number])) if runs else None
+        kept = None if target is None else target.current()
         if kept is None:
-            wanted.append((path, page, options[number], one))
+            wanted.append((path, page, options[number], target))
         else:
             figures = tuple((name, value, word) for name, value, word in kept["figures"])
             made[path] = Entry(path, page, kept["summary"], figures)
