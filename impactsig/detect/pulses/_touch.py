@@ -156,7 +156,7 @@ def _descend(p, seen, room):
 
 @allocating
 def read_touch(edge, power, spread):
-    """How far from 0 the touch of a mean edge lies, the variance of that [edges], and its power.
+    """How far from 0 the touch of a mean edge lies, and the variance of that [edges].
 
     Parameters
     ----------
@@ -185,7 +185,6 @@ def read_touch(edge, power, spread):
     here, there = np.empty((TERMS, TERMS + 1)), np.empty((TERMS, TERMS + 1))
     room = (np.empty(TERMS), np.empty(TERMS), low, here, there)
     p, touch, variance, least = np.empty(TERMS), 0.0, spread * spread, np.inf
-    foot = power
     # Where a stretch enters the edge the cost has a kink: the least of several valleys.
     for begin in BEGINS:
         for i in range(TERMS):
@@ -200,5 +199,4 @@ def read_touch(edge, power, spread):
             invert(low, inverse)
             free = max(count - 3, 1)
             touch, variance, least = p[0], inverse[0, 0] * max(misfit / free, 1.0), cost
-            foot = math.exp(p[2])
-    return touch, variance, foot
+    return touch, variance
