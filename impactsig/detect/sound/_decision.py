@@ -44,9 +44,8 @@ Crests that come densely and are about as high have odds of their own (`_dense.p
 
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
 crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
-of where it should, if there is one. Then rises in one octave turn all odds and add what only they
-tell of (`_rise_odds.py`). Last, unlikely crests on which B, G and a rise in one octave agree are
-raised (`_agreement.py`).
+of where it should, if there is one. Last, rises in one octave turn all odds and add what only they
+tell of (`_rise_odds.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
@@ -59,7 +58,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._agreement import agreed_odds, unexplained
 from ._dense import dense_odds
 from ._kernels import BLOCK, GROUP, Scale, greatest_between
 from ._nearby import (
@@ -73,20 +71,17 @@ from ._nearby import (
     rate_of_others,
     separate_crests,
 )
-from ._rise_kernels import STEP
 from ._rise_odds import ALONE as RISES_ALONE
 from ._rise_odds import (
     BESIDE_SILENCE,
     RATTLE_SLOPE,
     Own,
     by_octave,
-    greatest_beside,
     high_crests,
     one_of_each,
     settled,
 )
 from ._rise_odds import SPREAD as RISE_SPREAD
-from ._rise_odds import WITHIN as RISE_WITHIN
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
 from ._tones import BEFORE, GROWS_ON, SPREAD, SWELLING, tone_odds
@@ -210,31 +205,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
-    found = with_rises(found, crests, passage, b, audible, seconds)
-    return with_agreement(found, passage, b, seconds)
-
-
-def with_agreement(
-    found: Candidates, passage: Passage, b: np.ndarray, seconds: float
-) -> Candidates:
-    """Raise the log-odds of candidates that B, G and H agree on."""
-    which = unexplained(found.frame, found.odds, seconds)
-    place = found.frame[which]
-    at = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
-    counts = np.concatenate(passage.known)[at] & (growth_near(passage, b, place / GROUP) < GROWS_ON)
-    counts &= greatest_within(b, 2)[at] > 0.0
-    which, place, at = which[counts], place[counts], at[counts]
-    if not len(which):
-        return found
-    per = GROUP * seconds
-    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))[at]
-    g = greatest_within(np.concatenate(passage.likelihood), 2)[at]
-    h = greatest_beside(
-        np.concatenate(passage.rises), place // STEP, round(RISE_WITHIN / (STEP * seconds))
-    )
-    odds = found.odds.copy()
-    odds[which] = np.maximum(odds[which], agreed_odds(greatest_within(b, 2)[at], around, g, h))
-    return found._replace(odds=odds)
+    return with_rises(found, crests, passage, b, audible, seconds)
 
 
 def with_tones(
