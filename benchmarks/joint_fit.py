@@ -5,8 +5,10 @@ Impacting beams as `scenes.karpodinis` has them, r 0.1 to 0.7, zeta 0.01 to 0.06
 of each, 2 % missed, 1 % spurious, and a jitter of every instant of 0.5 % of the mean interval or of
 the forcing period, in turn. Strengths are not used. Beside the errors stands the linear bound on
 them: what the orbits through all instants tell at the true parameters (Cramér and Rao), which no
-estimate comes below, the share of estimates as good as that within the tolerance, and the root
-mean square of the errors by their bounds. Writes results/joint_fit.json and joint_fit.md.
+estimate comes below, the share of estimates as good as that within the tolerance, the root mean
+square of the errors by their bounds, and the estimate of the same instants that begins at the true
+parameters with the courses there: where that is off too, it is the noise of the instants and not
+the search that misses. Writes results/joint_fit.json and joint_fit.md.
 
     python -m benchmarks.joint_fit [machines [first seed [unit]]]
 
@@ -29,7 +31,7 @@ from impactsig import Impacts, InvalidInput, fit_oscillator, measure, scenes, si
 from impactsig.fitting._followed import Followed, Seen
 from impactsig.fitting._machine import as_train
 from impactsig.fitting._path_kernels import Chain
-from impactsig.fitting._together import Layout, covariance_of
+from impactsig.fitting._together import Layout, _stepped, covariance_of
 
 RESULTS = Path(__file__).parent / "results"
 RUNS, COUNT, JITTER = 8, 500, 0.005
@@ -91,6 +93,7 @@ def fitted(seed: int, unit: str) -> dict | None:
         print(f"{seed}: {refusal}")
         return None
     seconds = time.process_time() - begin
+    least, beside = told_at_truth(truth, runs, unit)
     own = [
         bool(low <= amplitude <= high)
         for (_, amplitude, _), (low, high) in zip(
@@ -101,25 +104,33 @@ def fitted(seed: int, unit: str) -> dict | None:
     return {
         "seed": seed, "unit": unit, "truth": truth, "found": dict(found.values),
         "intervals": dict(found.intervals), "amplitudes": own, "p_value": found.p_value,
-        "seconds": seconds, "bound": bound(truth, runs, unit),
+        "seconds": seconds, "bound": least, "beside": beside,
     }  # fmt: skip
 
 
-def bound(truth: dict[str, float], runs: list, unit: str) -> float:
-    """The least standard error of the restitution that the instants of all runs allow."""
-    layout, laid = Layout((0, 1), (2, 4), len(runs)), []
+def told_at_truth(truth: dict[str, float], runs: list, unit: str) -> tuple[float, float]:
+    """The least standard error of the restitution that the instants allow, and the estimate there.
+
+    Both with the likeliest courses at the true parameters.
+    """
+    layout, orbits, thetas = Layout((0, 1), (2, 4), len(runs)), [], []
     for frequency, amplitude, impacts in runs:
         train = as_train(impacts, frequency, None)
         jitter = JITTER * (np.diff(train.x).mean() if unit == "interval" else 1.0)
-        theta = np.array([
+        thetas.append([
             truth["restitution"], np.log(truth["damping"]), np.log(amplitude),
             np.log(scenes.NATURAL_FREQUENCY / frequency), TURN * (impacts.start * frequency), 0.0,
         ])  # fmt: skip
         chain = Chain(jitter, missed=0.02, spurious=0.01)
         seen = Seen(frequency, train.x, train.joined, "rigid", chain)
-        orbit = Followed.of(seen, theta, 1)
-        laid.append(None if orbit is None else orbit.laid(theta))
-    return float(np.sqrt(covariance_of(layout, laid)[0, 0]))
+        orbits.append(Followed.of(seen, np.array(thetas[-1]), 1))
+    theta = np.array(thetas)
+    laid = [
+        None if orbit is None else orbit.laid(own) for orbit, own in zip(orbits, theta, strict=True)
+    ]
+    anywhere = np.full(theta.shape, -np.inf), np.full(theta.shape, np.inf)
+    moved = _stepped(layout, theta, orbits, anywhere)[0]
+    return float(np.sqrt(covariance_of(layout, laid)[0, 0])), float(moved[0, 0])
 
 
 def rate(held: np.ndarray) -> str:
@@ -131,10 +142,10 @@ def rate(held: np.ndarray) -> str:
 def summary(rows: list[dict]) -> list[str]:
     """A line of the table for each kind of jitter."""
     lines = [
-        "| jitter, 0.5 % of the | machines | median error of r | within 0.02 | at the bound "
-        "| standard error at the bound | errors by it | half-width | intervals hold r | zeta "
-        "| amplitudes | misfits | time of a fit |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| jitter, 0.5 % of the | machines | median error of r | within 0.02 | from the truth "
+        "| at the bound | standard error at the bound | errors by it | half-width "
+        "| intervals hold r | zeta | amplitudes | misfits | time of a fit |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for unit in UNITS:
         own = [row for row in rows if row["unit"] == unit]
@@ -149,16 +160,18 @@ def summary(rows: list[dict]) -> list[str]:
                 error = np.abs(np.array([row["found"][name] for row in own]) - true)
                 ratio = error / np.array([row["bound"] for row in own])
                 half = float(np.median((high - low) / 2))
+                beside = np.abs(np.array([row["beside"] for row in own]) - true)
         amplitudes = np.concatenate([row["amplitudes"] for row in own])
         least = np.array([row["bound"] for row in own])
         within = np.mean(2 * ndtr(TOLERANCE / least) - 1)
         misfits = sum(row["p_value"] <= 0.1 for row in own)
         lines.append(
             f"| {unit} | {len(own)} | {np.median(error):.4f} | {np.mean(error < TOLERANCE):.0%} "
-            f"| {within:.0%} | {least.min():.4f} to {least.max():.4f} "
-            f"| {np.sqrt(np.mean(ratio**2)):.2f} | {half:.4f} "
-            f"| {rate(held['restitution'])} | {rate(held['damping'])} | {rate(amplitudes)} "
-            f"| {misfits} | {np.median([row['seconds'] for row in own]):.1f} s |"
+            f"| {np.mean(beside < TOLERANCE):.0%} | {within:.0%} "
+            f"| {least.min():.4f} to {least.max():.4f} "
+            f"| {np.sqrt(np.mean(ratio**2)):.2f} | {half:.4f} | {rate(held['restitution'])} "
+            f"| {rate(held['damping'])} | {rate(amplitudes)} | {misfits} "
+            f"| {np.median([row['seconds'] for row in own]):.1f} s |"
         )
     return lines
 
@@ -179,7 +192,8 @@ def main(machines: str = "40", first: str = "1000", unit: str = "") -> None:
             for name in row["truth"]
         )
         print(
-            f"{seed}, {row['unit']}: {told}; bound of r {row['bound']:.4f}; "
+            f"{seed}, {row['unit']}: {told}; bound of r {row['bound']:.4f}, "
+            f"from the truth {row['beside']:.4f}; "
             f"p {row['p_value']:.2g}, {row['seconds']:.1f} s"
         )
         RESULTS.mkdir(exist_ok=True)
