@@ -91,9 +91,9 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     caches: list[_Cache | None] = []
 
     def compile_in_turn(*arguments: Any) -> Any:
+        _read_array_functions()
         with global_compiler_lock, _without_collections(), linked_once(), _counted():
             if not caches:
-                _read_array_functions()
                 caches.append(_cache_of(function))
                 if caches[0] is not None:
                     compiled._cache = caches[0]

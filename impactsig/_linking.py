@@ -31,11 +31,14 @@ def linked_once() -> Iterator[None]:
     if not KNOWN or JITCodeLibrary.finalize is _finalize:
         yield
         return
+    from ._worked_out_once import CHANGED  # imports numba's functions of arrays
+
     changed = (
         (JITCodeLibrary, "finalize", _finalize),
         (_FunctionCompiler, "_customize_flags", _without_c_wrapper),
         (TargetConfig, "__eq__", _are_alike),
         (TargetConfig, "__hash__", _hash),
+        *CHANGED,
     )
     before = [getattr(owner, name) for owner, name, _ in changed]
     for owner, name, function in changed:
@@ -59,7 +62,9 @@ def _are_alike(options: Any, others: Any) -> bool:
 
     numba compiles them for each set of options, also of those that they do not inherit.
     """
-    return all(getattr(options, name) == getattr(others, name) for name in _INHERITED)
+    return options is others or all(
+        getattr(options, name) == getattr(others, name) for name in _INHERITED
+    )
 
 
 def _hash(options: Any) -> int:

@@ -1,0 +1,156 @@
+"""What numba works out again for each call that it compiles, worked out once.
+
+numba asks all templates of an operator for each operation, asks LLVM for the size of a type by a
+module of its own, runs passes over declarations, and compiles `min` and `max` for each set of
+options. None of this changes what a kernel computes.
+"""
+
+from __future__ import annotations
+
+import builtins
+import operator
+from typing import Any
+
+from llvmlite import binding, ir
+from numba.core import ir as numba_ir
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.imputils import lower_builtin
+from numba.core.targetconfig import TargetConfig
+from numba.core.types import unliteral  # type: ignore[attr-defined]
+from numba.core.types.functions import BaseFunction
+from numba.core.typing import signature
+from numba.cpython.builtins import do_minmax
+from numba.extending import overload
+from numba.np import arrayobj
+
+
+def _raise_plainly(source: Any, place: Any) -> None:
+    raise NotImplementedError
+
+
+@overload(_raise_plainly)
+def _compiled_raise_plainly(source: Any, place: Any) -> Any:
+    def implementation(source: Any, place: Any) -> None:
+        raise ValueError("cannot assign slice from input of different size")
+
+    return implementation
+
+
+# To write both shapes numba compiles sixty functions of text, for each kernel that fills a slice.
+
+_PLAIN = (
+    types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType, types.NoneType,
+)  # fmt: skip
+_ask = BaseFunction.get_call_type
+
+
+def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
+    """The signature of a call; for what is built in, as it was found for these types before."""
+    if named or not all(isinstance(one, _PLAIN) for one in arguments):
+        return _ask(function, context, arguments, named)
+    known = function.__dict__.setdefault("_known", {})
+    key = (context, *arguments)
+    if key not in known:
+        found = _extreme(function, context, arguments)
+        if found is None:
+            found = _ask(function, context, arguments, named)
+            if function._impl_keys[found.args] is not function.typing_key:  # it was compiled
+                return found
+        known[key] = found, function._impl_keys[found.args]
+    found, function._impl_keys[found.args] = known[key]
+    return found
+
+
+_EXTREMES = {builtins.max: operator.gt, builtins.min: operator.lt}
+
+
+def _extreme(function: Any, context: Any, arguments: Any) -> Any:
+    """Signature of `min` or `max` of numbers, written into the caller as in earlier numba."""
+    if function.typing_key not in _EXTREMES or len(arguments) < 2:
+        return None
+    if not all(isinstance(one, types.Integer | types.Float) for one in arguments):
+        return None
+    plain = tuple(map(unliteral, arguments))
+    found = signature(context.unify_types(*plain), *plain)
+    function._impl_keys[plain] = _EXTREMES[function.typing_key], "extreme"
+    return found
+
+
+def _lower_extremes() -> None:
+    for compare in _EXTREMES.values():
+
+        def write(context: Any, builder: Any, sig: Any, args: Any, compare: Any = compare) -> Any:
+            found = do_minmax(context, builder, sig.args, args, compare)
+            return found
+
+        lower_builtin((compare, "extreme"), types.VarArg(types.Any))(write)
+
+
+_lower_extremes()
+
+
+def _optimize_functions(library: Any, module: Any) -> None:
+    """As in `CPUCodeLibrary`, but without what is only declared."""
+    module.data_layout = library._codegen._data_layout
+    for function in module.functions:
+        if not function.is_declaration:
+            passes, builder = library._codegen._function_pass_manager()
+            passes.run(function, builder)
+
+
+_sizes: dict[tuple[str, str], int] = {}
+_abi_size, _abi_alignment = ir.Type.get_abi_size, ir.Type.get_abi_alignment
+
+
+def _size(kind: Any, target: Any, context: Any = None) -> int:
+    return _measured(_abi_size, kind, target, context)
+
+
+def _alignment(kind: Any, target: Any, context: Any = None) -> int:
+    return _measured(_abi_alignment, kind, target, context)
+
+
+def _measured(measure: Any, kind: Any, target: Any, context: Any) -> int:
+    text = str(kind)
+    if "%" in text:  # a name, which means something in its module alone
+        return measure(kind, target, context)
+    key = measure.__name__, text
+    if key not in _sizes:
+        _sizes[key] = measure(kind, target, context)
+    return _sizes[key]
+
+
+def _variables(instruction: Any, value: Any) -> list[Any]:
+    """The variables in a part of an instruction of numba's."""
+    found: list[Any] = []
+    _collect(value, found)
+    return found
+
+
+def _collect(value: Any, found: list[Any]) -> None:
+    kind = type(value)
+    if kind is numba_ir.Var:
+        found.append(value)
+    elif kind is dict:
+        for one in value.values():
+            _collect(one, found)
+    elif kind is list or kind is tuple:
+        for one in value:
+            _collect(one, found)
+    elif kind not in _LEAVES:
+        found += _all_variables(None, value)
+
+
+_LEAVES = frozenset((str, int, float, bool, type(None), numba_ir.Loc))
+_all_variables = numba_ir.Inst._rec_list_vars
+
+CHANGED = (
+    (arrayobj, "raise_with_shape_context", _raise_plainly),
+    (BaseFunction, "get_call_type", _call_type),
+    (JITCodeLibrary, "_optimize_functions", _optimize_functions),
+    (ir.Type, "get_abi_size", _size),
+    (ir.Type, "get_abi_alignment", _alignment),
+    (numba_ir.Inst, "_rec_list_vars", _variables),
+    (binding.ffi.lib._lock, "_cblist", []),  # two events for each call of LLVM
+)
