@@ -16,7 +16,6 @@ from numba.core import ir as numba_ir
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.imputils import lower_builtin
-from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral  # type: ignore[attr-defined]
 from numba.core.types.functions import BaseFunction
 from numba.core.typing import signature
@@ -81,8 +80,7 @@ def _lower_extremes() -> None:
     for compare in _EXTREMES.values():
 
         def write(context: Any, builder: Any, sig: Any, args: Any, compare: Any = compare) -> Any:
-            found = do_minmax(context, builder, sig.args, args, compare)
-            return found
+            return do_minmax(context, builder, sig.args, args, compare)
 
         lower_builtin((compare, "extreme"), types.VarArg(types.Any))(write)
 
@@ -97,6 +95,22 @@ def _optimize_functions(library: Any, module: Any) -> None:
         if not function.is_declaration:
             passes, builder = library._codegen._function_pass_manager()
             passes.run(function, builder)
+
+
+_add_module = JITCodeLibrary.add_ir_module
+
+
+def _add_ir_module(library: Any, module: Any) -> None:
+    """Take in a module, and let go of its instructions, which the collector would look through.
+
+    They refer to their blocks, and these to them.
+    """
+    _add_module(library, module)
+    for function in module.functions:
+        for block in function.blocks:
+            block.instructions.clear()
+            block.terminator = None
+        function.blocks.clear()
 
 
 _sizes: dict[tuple[str, str], int] = {}
@@ -149,6 +163,7 @@ CHANGED = (
     (arrayobj, "raise_with_shape_context", _raise_plainly),
     (BaseFunction, "get_call_type", _call_type),
     (JITCodeLibrary, "_optimize_functions", _optimize_functions),
+    (JITCodeLibrary, "add_ir_module", _add_ir_module),
     (ir.Type, "get_abi_size", _size),
     (ir.Type, "get_abi_alignment", _alignment),
     (numba_ir.Inst, "_rec_list_vars", _variables),
