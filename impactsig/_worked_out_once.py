@@ -8,8 +8,10 @@ options. None of this changes what a kernel computes.
 from __future__ import annotations
 
 import builtins
+import functools
 import operator
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from llvmlite import binding, ir
 from numba.core import ir as numba_ir
@@ -24,31 +26,34 @@ from numba.extending import overload
 from numba.np import arrayobj
 
 
-def _raise_plainly(source: Any, place: Any) -> None:
+def _refuse(source: Any, place: Any) -> None:
+    """Raise that a slice is filled with an array of another shape.
+
+    To write the shapes into the message numba compiles sixty functions of text.
+    """
     raise NotImplementedError
 
 
-@overload(_raise_plainly)
-def _compiled_raise_plainly(source: Any, place: Any) -> Any:
-    def implementation(source: Any, place: Any) -> None:
+@overload(_refuse)
+def _compiled_refuse(source: Any, place: Any) -> Any:
+    def refuse(source: Any, place: Any) -> None:
         raise ValueError("cannot assign slice from input of different size")
 
-    return implementation
+    return refuse
 
-
-# To write both shapes numba compiles sixty functions of text, for each kernel that fills a slice.
 
 _PLAIN = (
     types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType, types.NoneType,
 )  # fmt: skip
 _ask = BaseFunction.get_call_type
+_known: WeakKeyDictionary[Any, dict[Any, Any]] = WeakKeyDictionary()
 
 
 def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
     """The signature of a call; for what is built in, as it was found for these types before."""
     if named or not all(isinstance(one, _PLAIN) for one in arguments):
         return _ask(function, context, arguments, named)
-    known = function.__dict__.setdefault("_known", {})
+    known = _known.setdefault(function, {})
     key = (context, *arguments)
     if key not in known:
         found = _extreme(function, context, arguments)
@@ -76,16 +81,14 @@ def _extreme(function: Any, context: Any, arguments: Any) -> Any:
     return found
 
 
-def _lower_extremes() -> None:
-    for compare in _EXTREMES.values():
-
-        def write(context: Any, builder: Any, sig: Any, args: Any, compare: Any = compare) -> Any:
-            return do_minmax(context, builder, sig.args, args, compare)
-
-        lower_builtin((compare, "extreme"), types.VarArg(types.Any))(write)
+def _write_extreme(context: Any, builder: Any, sig: Any, args: Any, *, compare: Any) -> Any:
+    return do_minmax(context, builder, sig.args, args, compare)
 
 
-_lower_extremes()
+for _compare in _EXTREMES.values():
+    lower_builtin((_compare, "extreme"), types.VarArg(types.Any))(
+        functools.partial(_write_extreme, compare=_compare)
+    )
 
 
 def _optimize_functions(library: Any, module: Any) -> None:
@@ -143,24 +146,24 @@ def _variables(instruction: Any, value: Any) -> list[Any]:
 
 
 def _collect(value: Any, found: list[Any]) -> None:
-    kind = type(value)
-    if kind is numba_ir.Var:
+    if type(value) in _LEAVES:
+        return
+    if isinstance(value, numba_ir.Var):
         found.append(value)
-    elif kind is dict:
+    elif isinstance(value, numba_ir.Inst):
+        found += value.list_vars()
+    elif isinstance(value, dict):
         for one in value.values():
             _collect(one, found)
-    elif kind is list or kind is tuple:
+    elif isinstance(value, list | tuple):
         for one in value:
             _collect(one, found)
-    elif kind not in _LEAVES:
-        found += _all_variables(None, value)
 
 
 _LEAVES = frozenset((str, int, float, bool, type(None), numba_ir.Loc))
-_all_variables = numba_ir.Inst._rec_list_vars
 
 CHANGED = (
-    (arrayobj, "raise_with_shape_context", _raise_plainly),
+    (arrayobj, "raise_with_shape_context", _refuse),
     (BaseFunction, "get_call_type", _call_type),
     (JITCodeLibrary, "_optimize_functions", _optimize_functions),
     (JITCodeLibrary, "add_ir_module", _add_ir_module),
