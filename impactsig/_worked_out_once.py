@@ -42,8 +42,10 @@ def _compiled_refuse(source: Any, place: Any) -> Any:
     return refuse
 
 
+_kinds: Any = types
 _PLAIN = (
-    types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType, types.NoneType,
+    types.Number, types.Boolean, types.Array,
+    _kinds.BaseTuple, _kinds.SliceType, _kinds.NoneType,
 )  # fmt: skip
 _ask = BaseFunction.get_call_type
 _known: WeakKeyDictionary[Any, dict[Any, Any]] = WeakKeyDictionary()
@@ -56,7 +58,7 @@ def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
     known = _known.setdefault(function, {})
     key = (context, *arguments)
     if key not in known:
-        found = _extreme(function, context, arguments)
+        found: Any = _extreme(function, context, arguments)
         if found is None:
             found = _ask(function, context, arguments, named)
             if function._impl_keys[found.args] is not function.typing_key:  # it was compiled
@@ -86,7 +88,7 @@ def _write_extreme(context: Any, builder: Any, sig: Any, args: Any, *, compare: 
 
 
 for _compare in _EXTREMES.values():
-    lower_builtin((_compare, "extreme"), types.VarArg(types.Any))(
+    lower_builtin((_compare, "extreme"), _kinds.VarArg(types.Any))(
         functools.partial(_write_extreme, compare=_compare)
     )
 
@@ -162,7 +164,7 @@ def _collect(value: Any, found: list[Any]) -> None:
 
 _LEAVES = frozenset((str, int, float, bool, type(None), numba_ir.Loc))
 
-CHANGED = (
+CHANGED: tuple[tuple[Any, str, Any], ...] = (
     (arrayobj, "raise_with_shape_context", _refuse),
     (BaseFunction, "get_call_type", _call_type),
     (JITCodeLibrary, "_optimize_functions", _optimize_functions),
