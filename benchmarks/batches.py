@@ -257,11 +257,13 @@ def draw(taken: dict[str, dict[int, float]]) -> None:
     ax = figure.subplots()
     for name, own in taken.items():
         ax.loglog(list(own), list(own.values()), "o-", label=name)
+    ax.set_yticks([10, 20, 50, 100, 200, 500], ["10", "20", "50", "100", "200", "500"], minor=False)
+    ax.minorticks_off()
     ax.set_xlabel("machines")
     ax.set_ylabel(f"processor time a machine, {PERIODS} periods (us)")
     figure.legend(loc="outside lower center", ncols=2)
     RESULTS.mkdir(exist_ok=True)
-    figure.savefig(RESULTS / "batches.png", dpi=130)
+    figure.savefig(RESULTS / "batches.png", dpi=110)
 
 
 def main() -> None:

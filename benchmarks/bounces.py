@@ -1,6 +1,6 @@
 """Restitution coefficients from bounces: how often the stated interval holds the truth.
 
-    python -m benchmarks.bounces [--drops N]
+    python -m benchmarks.bounces [--drops N] [--seed S]
 
 Bodies are dropped from 5 to 80 cm on a load cell, or beside a microphone, with coefficients of 0.5
 to 0.9; contact times are those of a linear spring, the same at every speed, or of Hertz.
@@ -37,7 +37,7 @@ def drop(rng: np.random.Generator, hertz: bool) -> tuple[float, im.Impacts]:
     return restitution, train
 
 
-def recorded(train: im.Impacts, sensor: str, decibels: float, seed: int) -> im.Impacts:
+def recorded(train: im.Impacts, sensor: str, decibels: float, seed: int | list[int]) -> im.Impacts:
     """What is detected of a drop; the noise is that far below the median bounce."""
     noise = float(np.median(train.peak)) * 10 ** (-decibels / 20)
     if sensor == "force":
@@ -49,14 +49,14 @@ def recorded(train: im.Impacts, sensor: str, decibels: float, seed: int) -> im.I
     return im.detect_impacts(made)
 
 
-def coverage(sensor: str, decibels: float, hertz: bool, drops: int, seed: int = 0):
+def coverage(sensor: str, decibels: float, hertz: bool, drops: int, seed: int):
     """Shares of drops answered and held, and the median of the error of those answered."""
     answered, held, errors = 0, 0, []
     for k in range(drops):
         rng = np.random.default_rng((seed, k))
         truth, train = drop(rng, hertz)
         try:
-            found = im.restitution_from_bounces(recorded(train, sensor, decibels, k))
+            found = im.restitution_from_bounces(recorded(train, sensor, decibels, [seed, k, 1]))
         except im.InvalidInput:
             continue
         answered += 1
@@ -68,13 +68,14 @@ def coverage(sensor: str, decibels: float, hertz: bool, drops: int, seed: int = 
 def main() -> None:
     given = argparse.ArgumentParser(description=__doc__)
     given.add_argument("--drops", type=int, default=200)
-    drops = given.parse_args().drops
+    given.add_argument("--seed", type=int, default=0)
+    asked = given.parse_args()
     print("| sensor | contact | noise | answered | held | median error |")
     print("|---|---|---|---|---|---|")
     for sensor in ("force", "sound"):
         for hertz in (False, True):
             for decibels in (10.0, 20.0, 30.0):
-                share, held, error = coverage(sensor, decibels, hertz, drops)
+                share, held, error = coverage(sensor, decibels, hertz, asked.drops, asked.seed)
                 law = "Hertz" if hertz else "spring"
                 row = f"{share:.1%} | {held:.1%} | {error:.1e}"
                 print(f"| {sensor} | {law} | {decibels:g} dB | {row} |", flush=True)

@@ -48,11 +48,8 @@ def number(
         If it is not one, or out of bounds. Text, truth values and arrays are not numbers.
     """
     try:
-        array = getattr(value, "ndim", 0) != 0
-        # float() would read text, and drop an imaginary part.
-        other = isinstance(value, (bool, str, bytes)) or getattr(value, "imag", 0) != 0
-        given = math.nan if array or other else float(value)
-    except (TypeError, ValueError, OverflowError):
+        given = float(value) if type(value) in (float, int) or _is_real(value) else math.nan
+    except Exception:  # a value's own methods may raise anything
         given = math.nan
     if math.isfinite(given) and given > above and least <= given <= most:
         return given
@@ -69,8 +66,23 @@ def number(
     raise InvalidInput(name, value, required)
 
 
+def _is_real(value: Any) -> bool:
+    """Whether float() would take a value for a number that is one.
+
+    It would read text, count a time in its own unit, and drop an imaginary part.
+    """
+    if isinstance(value, (bool, str, bytes)) or getattr(value, "ndim", 0) != 0:
+        return False
+    return _kind(value) not in tuple("bmMSUV") and getattr(value, "imag", 0) == 0
+
+
+def _kind(value: Any) -> str:
+    """NumPy's letter for the kind of a number of its own; empty for others."""
+    return str(getattr(getattr(value, "dtype", None), "kind", ""))
+
+
 def reals(name: str, value: Any, required: str) -> np.ndarray:
-    """Real numbers of any shape as float64; no dates, text or complex numbers.
+    """Real numbers of any shape as float64; no dates, text, complex or masked numbers.
 
     Raises
     ------
@@ -81,9 +93,10 @@ def reals(name: str, value: Any, required: str) -> np.ndarray:
 
     try:
         given = np.asarray(value)
-        if given.dtype.kind in "biufO":
+        masked = isinstance(value, np.ndarray) and np.any(getattr(value, "mask", False))
+        if given.dtype.kind in "biufO" and not masked:
             return np.asarray(given, np.float64)
-    except (TypeError, ValueError):
+    except Exception:  # a value's own methods may raise anything
         pass
     raise InvalidInput(name, value, required)
 
@@ -129,13 +142,18 @@ def whole(name: str, value: Any, least: int, most: int = GREATEST) -> int:
     InvalidInput
         If it is not one.
     """
-    integral = isinstance(value, Integral) and not isinstance(value, bool)
+    integral = _is_integral(value)
     if not integral or not least <= value <= most:
         bounds = f", {least} or greater" if most == GREATEST else f" from {least} to {most}"
         if integral and value > most == GREATEST:
             bounds = f" from {least} to {most}"
         raise InvalidInput(name, value, f"a whole number{bounds}")
     return int(value)
+
+
+def _is_integral(value: Any) -> bool:
+    """Whether it is a whole number, which neither a truth value nor a span of time is."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and _kind(value) != "m"
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
@@ -237,7 +255,7 @@ def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
     try:
         if not isinstance(value, (str, bytes)):
             return tuple(value)
-    except TypeError:
+    except Exception:  # a value's own methods may raise anything
         pass
     raise InvalidInput(name, value, required)
 
@@ -266,7 +284,12 @@ def path(name: str, value: Any) -> Path:
         If it is not one.
     """
     if isinstance(value, (str, os.PathLike)):
-        return Path(os.fspath(value))
+        try:
+            written = os.fspath(value)
+            if b"\0" not in os.fsencode(written):
+                return Path(written)
+        except Exception:  # a text that no file system can encode, or a path that raises
+            pass
     raise InvalidInput(name, value, "a path")
 
 
@@ -316,7 +339,7 @@ def seed_sequence(seed: Seed) -> np.random.SeedSequence:
     Raises
     ------
     InvalidInput
-        If the seed is not of a kind that NumPy knows.
+        If it is none of these, nor a whole number, 0 or greater, nor None.
     """
     import numpy as np
 
@@ -324,9 +347,6 @@ def seed_sequence(seed: Seed) -> np.random.SeedSequence:
         return seed
     if isinstance(seed, np.random.Generator):
         return np.random.SeedSequence(seed.integers(2**63, size=2).tolist())
-    try:
+    if seed is None or (_is_integral(seed) and seed >= 0):
         return np.random.SeedSequence(seed)
-    except (TypeError, ValueError):
-        raise InvalidInput(
-            "seed", seed, "a whole number >= 0, a SeedSequence or a Generator"
-        ) from None
+    raise InvalidInput("seed", seed, "a whole number >= 0, a SeedSequence or a Generator")

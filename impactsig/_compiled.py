@@ -424,10 +424,8 @@ class _Cache(FunctionCache):
 
 
 kernel = njit(**_OPTIONS)
-"""A kernel that Python calls."""
+"""A kernel, called by Python or by other kernels."""
 allocating = njit(nogil=True, error_model="numpy")
 """A kernel that makes arrays, or calls one that does; the counts of references are kept."""
-inner = kernel
-"""What only kernels call."""
 inlined = njit(**_OPTIONS, forceinline=True)
 """The same, written into whatever calls it."""

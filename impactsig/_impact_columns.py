@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import number
+from ._arguments import number, reals
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -61,14 +61,7 @@ def vector(
     InvalidInput
         If they are none, not finite, or of another length.
     """
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind in "mMc":
-            # NumPy would count dates in a unit of its own, and drop imaginary parts.
-            raise TypeError
-        array = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInput(name, value, "an array of real numbers") from None
+    array = np.array(reals(name, value, "an array of real numbers"))
     if array.ndim != 1 or (length is not None and len(array) != length):
         wanted = "(n,)" if length is None else f"({length},)"
         raise InvalidInput(name, f"shape {array.shape}", f"shape {wanted}")
@@ -86,7 +79,7 @@ def instants(time: Any) -> np.ndarray:
         If they are none.
     """
     array = vector("time", time)
-    if np.any(np.diff(array) < 0):
+    if (array[1:] < array[:-1]).any():
         where = int(np.argmax(np.diff(array) < 0)) + 1
         raise InvalidInput(
             "time",
@@ -107,8 +100,8 @@ def flag_column(value: Any, length: int) -> np.ndarray:
     """
     given = np.asarray(value)
     if given.shape == (0,):
-        given = np.zeros(length, np.uint8)
-    if given.dtype.kind not in "biu" or given.ndim != 1 or np.any((given < 0) | (given > 255)):
+        return np.zeros(length, np.uint8)
+    if given.dtype.kind not in "biu" or given.ndim != 1 or ((given < 0) | (given > 255)).any():
         raise InvalidInput("flags", value, f"whole numbers from 0 to 255, shape ({length},)")
     if len(given) != length:
         raise InvalidInput("flags", f"shape {given.shape}", f"shape ({length},)")
@@ -194,12 +187,10 @@ def spans(gaps: Any) -> np.ndarray:
     InvalidInput
         If they are none, or a span ends before it starts.
     """
-    try:
-        pairs = np.array(gaps, dtype=np.float64)
-    except (TypeError, ValueError):
-        pairs = np.full(1, np.nan)
+    required = "pairs of start and stop [s], start <= stop"
+    pairs = np.array(reals("gaps", gaps, required))
     if not pairs.size:
         return np.empty((0, 2))
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.all(pairs[:, 0] <= pairs[:, 1]):
-        raise InvalidInput("gaps", gaps, "pairs of start and stop [s], start <= stop")
+        raise InvalidInput("gaps", gaps, required)
     return pairs

@@ -151,10 +151,9 @@ def _numbers(name: str, given: Any) -> np.ndarray:
 
 
 def _errors(name: str, given: Any, count: int) -> np.ndarray:
-    try:
-        values = np.broadcast_to(np.asarray(given, float), (count,))
-    except (TypeError, ValueError):
-        values = np.zeros(1)
-    if not ((values > LEAST_ERROR) & (values < 1 / LEAST_ERROR)).all():
-        raise InvalidInput(name, given, f"one positive standard error, or {count}")
-    return values
+    required = f"one positive standard error, or {count}"
+    values = reals(name, given, required)
+    fits = values.shape in ((), (1,), (count,))
+    if not fits or not ((values > LEAST_ERROR) & (values < 1 / LEAST_ERROR)).all():
+        raise InvalidInput(name, given, required)
+    return np.broadcast_to(values, (count,))

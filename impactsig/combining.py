@@ -17,6 +17,7 @@ from .errors import InvalidInput
 from .impacts import Impacts
 
 LONGEST_DELAY = 0.05  # [s], of sound, where none is given
+SHARED = 0.5  # of the lesser train, that tells a longer delay
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,8 @@ def combine_impacts(
         half of what they repeat in. By default `within` of two load cells, which feel an impact
         at once, so that a machine that hits two stops in turn keeps both, and otherwise 0.05 s,
         in which sound travels 17 m; where several delays below that suit as well as each other,
-        the least, and `impacts.notes` says so.
+        the least; and where none does, any by which most impacts of one train are those of the
+        other, as of an instrument that starts later. `impacts.notes` says so.
 
     Returns
     -------
@@ -136,6 +138,8 @@ def combine_impacts(
         if cells and longest_delay is None:
             delay, error = _delay_of_cells(train, time, delays[cells[0]], within)
             note = ""
+        elif longest_delay is None:
+            delay, error, note = _any_delay(train, Impacts(time), within)
         else:
             delay, error, note = _delay(train, Impacts(time), within, longest_delay)
         notes += [note] if note else []
@@ -204,6 +208,24 @@ def _delay_of_cells(
         except InvalidInput:
             pass
     return late, math.inf
+
+
+def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float, float, str]:
+    """Delay of a train with its tolerance, and a note: one of sound, else whatever suits."""
+    delay, error, note = _delay(train, reference, within, None)
+    if math.isfinite(error) or min(len(train), len(reference)) < 2:
+        return delay, error, note
+    try:
+        found = align_impacts(train, reference, within, skew=False)
+    except InvalidInput:
+        return delay, error, note
+    if len(found.pairs) < SHARED * min(len(train), len(reference)):
+        return delay, error, note
+    note = (
+        f"two sensors are {abs(found.delay):.3g} s apart, more than sound needs: they are taken "
+        "for one machine whose channels start so late"
+    )
+    return found.delay, found.delay_error, note
 
 
 def _delay(

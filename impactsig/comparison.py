@@ -55,7 +55,7 @@ class Train:
     period: Periodicity | None
 
     def describe(self) -> str:
-        """The numbers in a line of words."""
+        """Describe the result in one line of words."""
         words = f"{self.name}: {_impacts(self.count)} in {self.impacts.duration:.6g} s"
         if self.rate is not None:
             words += f", {self.rate:.5g} per second"

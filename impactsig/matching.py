@@ -73,7 +73,7 @@ class Matching(Shown):
         return float(np.sqrt(np.mean(self.error**2))) if len(self.error) else math.nan
 
     def describe(self) -> str:
-        """The numbers in a line of words."""
+        """Describe the result in one line of words."""
         words = (
             f"{len(self.pairs)} of {len(self.pairs) + len(self.missed)} impacts found, "
             f"{len(self.spurious)} spurious; F1 {self.f1:.4f} within {1e3 * self.within:g} ms"

@@ -76,7 +76,7 @@ class Recording:
     def __post_init__(self) -> None:
         try:
             samples = np.asarray(self.samples)
-        except ValueError:
+        except Exception:  # rows of different lengths, or an array that raises
             raise InvalidInput("samples", self.samples, "rows of equal length") from None
         if samples.ndim not in (1, 2):
             raise InvalidInput("samples", f"shape {samples.shape}", "shape (n,) or (n, channels)")

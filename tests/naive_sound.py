@@ -328,11 +328,14 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
 def calibrated(judged, f1, pace):
     """Probabilities as they turn out in a record of such an expected F1 and impacts a second."""
     clear = max(0, 1 - (1 - f1) / 0.03)
-    dense = min(5 * max(0, np.log(pace / 13.5)), 2)
+    more = 0.7 * clear**2 * min(1, pace / 13.5)
+    if pace > 13.5:
+        more += min(8 * np.log(pace / 13.5), 3)
+    more *= (1 - 0.4 * clear) * (1 - clear**16)
     turned = {}
     for j, p in judged.items():
         odds = np.log(p / (1 - p)) if p < 1 else 50
-        odds = (1 + (0.75 if odds > 0 else 0.5) * clear) * odds + (1 - clear) * dense
+        odds = (1 + (0.75 if odds > 0 else 0.5) * clear) * odds + more
         turned[j] = 1 / (1 + np.exp(-odds))
     return turned
 

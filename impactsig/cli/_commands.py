@@ -219,15 +219,14 @@ def rig(chosen: argparse.Namespace) -> None:
 def experiment(chosen: argparse.Namespace) -> None:
     """Analyse the recordings of a folder as one experiment, and write a page with figures."""
     from ..experiment.experiment import Experiment
-    from ..report.experiment import write_experiment
 
     found = Experiment.read(chosen.folder, chosen.rig, workers=chosen.workers)
     print(one_line(found))
     for path, error in found.errors.items():
         reason = str(error).removeprefix(f"{path}: ")
         print(f"error: {one_line(path)}: {one_line(reason)}", file=sys.stderr)
-    page = write_experiment(
-        found, chosen.output or Path(EXPERIMENT), workers=chosen.workers, reports=chosen.reports
+    page = found.write_report(
+        chosen.output or Path(EXPERIMENT), workers=chosen.workers, reports=chosen.reports
     )
     for jump in found.jumps():
         print(one_line(jump.describe(found.unit)))

@@ -150,7 +150,7 @@ class Controlled:
 
     @property
     def angular_forcing_frequency(self) -> Any:
-        """One turn per forcing period [rad per unit of time], or None where there is no forcing."""
+        """Angular frequency of the forcing period [rad per unit of time]; None without forcing."""
         return getattr(self.system, "angular_forcing_frequency", None)
 
     @property
@@ -167,7 +167,7 @@ class Controlled:
 
     @property
     def moving_on_orbits(self) -> Any:
-        """The system on periodic orbits, where the feedback vanishes: the one without control."""
+        """The system that moves on periodic orbits: without control where feedback is 0 there."""
         if self.dimension is not None:
             return self
         if isinstance(self.controller, IntervalFeedback) and self.controller.offset:

@@ -63,7 +63,7 @@ def _pairs(given: Any) -> tuple[Phase, ...]:
     required = "a DelayedFeedback, IntervalFeedback or OGY, or pairs (start, one of them or None)"
     try:
         pairs = [(since, own) for since, own in given]
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("controller", given, required) from None
     right = all(own is None or isinstance(own, KINDS) for _, own in pairs)
     if not pairs or not right:

@@ -29,7 +29,7 @@ def parse_threshold(threshold: float | str | None) -> Level:
     match = _SIGMAS.fullmatch(threshold) if isinstance(threshold, str) else None
     try:
         value = float(match[1] if match else threshold)
-    except (TypeError, ValueError):
+    except Exception:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
         raise InvalidInput(
@@ -63,7 +63,7 @@ def parse_contact_level(level: float | str) -> tuple[float, bool]:
     match = _PERCENT.fullmatch(level) if isinstance(level, str) else None
     try:
         value = float(match[1]) / 100 if match else float(level)
-    except (TypeError, ValueError):
+    except Exception:
         value = math.nan
     if not (math.isfinite(value) and value >= 0 and (not match or 0 < value < 1)):
         raise InvalidInput(
@@ -86,7 +86,7 @@ def parse_contact_time(span: Any) -> tuple[float, float | None]:
         return 0.0, None
     try:
         shortest, longest = (float(one) for one in span)
-    except (TypeError, ValueError):
+    except Exception:
         shortest = longest = math.nan
     if not (0 <= shortest < longest < math.inf):
         raise InvalidInput(

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import choice, flag, number
+from .._arguments import choice, entries, flag, number
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording, Sensor
@@ -172,9 +172,10 @@ def detect_impacts(
     )  # fmt: skip
     path = source if isinstance(source, (str, Path)) else None
     if isinstance(channel, (Sequence, np.ndarray)) and not isinstance(channel, str):
-        channels = list(channel)
+        required = "a name or an index of a channel, or several"
+        channels = list(entries("channel", channel, required))
         if not all(isinstance(one, (str, int, np.integer)) for one in channels):
-            raise InvalidInput("channel", channel, "a name or an index of a channel, or several")
+            raise InvalidInput("channel", channel, required)
         sources = [(source, one) for one in channels]
         found = detect_channels(detect_channel, sources, channels, sensor, stops, options, path)
     elif stops is not None:

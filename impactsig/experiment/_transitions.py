@@ -49,7 +49,7 @@ class Jump(NamedTuple):
     delay: float = 0.0
 
     def describe(self, unit: str = "") -> str:
-        """The change in words."""
+        """Describe the change in words."""
         where = f"{self.value:.6g} ± {self.error:.2g} {unit}".rstrip()
         branch = f"{self.branch}: " if self.branch else ""
         late = f", {abs(self.delay):.2g} {unit}".rstrip() + " before it is seen"

@@ -322,7 +322,8 @@ class Experiment(Shown):
         ----------
         directory : path-like
             Where ``index.html`` goes, the tables ``runs.csv`` and ``jumps.csv``, and in
-            ``recordings`` the reports; made if need be.
+            ``recordings`` the reports; made if need be. Reports that are there and current, of the
+            same recording, settings and version of this package, are left as they are.
         reports : bool
             Whether each recording has a report of its own.
         simulated : BifurcationDiagram or sequence of it, optional
@@ -347,6 +348,7 @@ class Experiment(Shown):
         return write_experiment(
             self,
             path_of("directory", directory),
+            runs=self._keys,
             reports=reports,
             simulated=simulated,
             workers=workers,

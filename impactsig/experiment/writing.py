@@ -11,11 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from ..io.formats import FORMATS
 from ._rig_tables import CHANNEL, TABLES, Key
+from .parameter import DIRECTIONS
 
 if TYPE_CHECKING:
     from ..io import FileInfo
 
-_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_PAIRS = tuple(zip(*((way, *words) for way, words in DIRECTIONS.items()), strict=True))
+_VALUE = re.compile(r"\d+(?:\.\d+)?(\s*_?\s*)Hz")
+_WAY = "|".join(word for pair in _PAIRS for word in pair)
+_BEFORE = re.compile(rf"(?<![^\W\d_])({_WAY})([\W_]+)$", re.IGNORECASE)
+_AFTER = re.compile(rf"([\W_]+)({_WAY})(?![^\W\d_])", re.IGNORECASE)
 _EXAMPLES: dict[str, Any] = {
     "use": "impacts", "sensor": "force", "scale": 1.0, "offset": 0.0, "stop": 0, "pulses": 1,
     "parameter.name": "frequency", "parameter.unit": "Hz", "parameter.from": "file name",
@@ -129,11 +134,32 @@ def _entry(key: str, value: Any) -> str:
 
 
 def _pattern(stem: str) -> str | None:
-    """A pattern for the number in a name that is followed by Hz, where there is one."""
-    found = re.search(rf"{_NUMBER.pattern}(\s*_?\s*)Hz", stem)
+    """A pattern for the number in a name that is followed by Hz, where there is one.
+
+    It has a group for the branch where a word beside the number tells a direction.
+    """
+    found = _VALUE.search(stem)
     if found is None:
         return None
-    return f"(?P<value>[0-9.]+){re.escape(found[1])}Hz".replace("\\ ", " ")
+    value = f"(?P<value>[0-9.]+){_literal(found[1])}Hz"
+    if before := _BEFORE.search(stem, 0, found.start()):
+        return f"{_branches(before[1])}{_literal(before[2])}{value}"
+    if stem[: found.start()].endswith("."):  # no part of the number
+        value = rf"\.{value}"
+    if after := _AFTER.match(stem, found.end()):
+        return f"{value}{_literal(after[1])}{_branches(after[2])}"
+    return value
+
+
+def _branches(word: str) -> str:
+    """A pattern of a direction and its opposite, written as the word is."""
+    pair = next(one for one in _PAIRS if word.lower() in one)
+    alike = str.upper if word.isupper() else str.title if word.istitle() else str
+    return f"(?P<branch>{'|'.join(map(alike, pair))})"
+
+
+def _literal(text: str) -> str:
+    return re.escape(text).replace("\\ ", " ")
 
 
 def _plain(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import entries, instance, number
 from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
@@ -26,9 +26,12 @@ LOCKED = 25.0
 
 def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
     """Validate the free parameters; returns them in the order of the search."""
-    names = (free,) if isinstance(free, str) else tuple(free)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(PARAMETERS):
-        raise InvalidInput("free", free, f"some of {', '.join(PARAMETERS)}, each once")
+    required = f"some of {', '.join(PARAMETERS)}, each once"
+    names = (free,) if isinstance(free, str) else entries("free", free, required)
+    if not all(isinstance(name, str) and name in PARAMETERS for name in names):
+        raise InvalidInput("free", free, required)
+    if not names or len(set(names)) < len(names):
+        raise InvalidInput("free", free, required)
     return tuple(name for name in PARAMETERS if name in names)
 
 
@@ -83,12 +86,14 @@ def limits_of(
     limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
     if "natural_frequency" in limits:
         limits["natural_frequency"] = (0.9 * about, 1.1 * about)
-    for name, pair in (bounds or {}).items():
+    required = "a mapping of free parameters to pairs of numbers"
+    given = {} if bounds is None else instance("bounds", bounds, Mapping, required)  # type: ignore[type-abstract]
+    for name, pair in given.items():
         if name not in names:
             raise InvalidInput("bounds", name, f"free parameters only: {', '.join(names)}")
         try:
             low, high = (number("bounds", one) for one in pair)
-        except (TypeError, ValueError):
+        except Exception:  # no pair
             low = high = math.nan
         least = 0.0 if name == "restitution" else 5e-324
         most = {"restitution": 1.0, "damping": 0.99}.get(name, math.inf)

@@ -95,8 +95,11 @@ class Followed:
         broken = path.broken + int((path.joined & ~led).sum())
         return cls(seen, path.real, side, led & _hard(node), node, path.missed, broken)
 
-    def laid(self, theta: np.ndarray) -> Laid:
-        """The orbit at other parameters nearby, with its information about them."""
+    def laid(self, theta: np.ndarray, tears: bool = False) -> Laid:
+        """The orbit at other parameters nearby, with its information about them.
+
+        Legs that lead to the next impact no longer are left out if `tears`, and of a soft stop.
+        """
         machine = machine_of(theta, self.seen.kind)
         jitter, node, led = self.seen.chain.jitter, self.node.copy(), self.led
         for _ in range(TEARS):
@@ -105,7 +108,7 @@ class Followed:
                 ITERATIONS, CLOSE,
             )  # fmt: skip
             torn = led & ~(found.release < TORN)
-            if self.seen.kind != "soft" or not torn.any():
+            if not ((tears or self.seen.kind == "soft") and torn.any()):
                 break
             led, node = led & ~torn, np.where(np.isfinite(node), node, self.node)
         broken = self.broken + int(np.sum(self.led & ~led))

@@ -205,8 +205,13 @@ def _moved(
     return moved
 
 
-def _lay(orbits: list[Followed | None], theta: np.ndarray) -> list[Laid | None]:
-    return [None if one is None else one.laid(own) for one, own in zip(orbits, theta, strict=True)]
+def _lay(
+    orbits: list[Followed | None], theta: np.ndarray, tears: bool = False
+) -> list[Laid | None]:
+    return [
+        None if one is None else one.laid(own, tears)
+        for one, own in zip(orbits, theta, strict=True)
+    ]
 
 
 def _loss(laid: list[Laid | None]) -> float:
@@ -227,9 +232,10 @@ def _stepped(
 
     Where a whole step raises the loss, as of a single leg whose weak impact the oscillator misses
     there, less of it is taken: Levenberg's damping hardly moves along the ridge that joins
-    restitution, damping and amplitudes.
+    restitution, damping and amplitudes. Legs that are such where it begins are left out: one of
+    them outweighs all others, and no step is made.
     """
-    here = _lay(orbits, theta)
+    here = _lay(orbits, theta, tears=True)
     for _ in range(STEPS):
         gradient, information = _gathered(layout, here)
         loss = _total(here)

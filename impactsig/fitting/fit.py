@@ -21,7 +21,7 @@ from ._asked import (
     strengths_used,
 )
 from ._judging import LEAST_P, judged
-from ._machine import as_train
+from ._machine import KINDS, as_train
 from ._narrow import Estimate, narrow
 from ._outcome import outcome
 from ._problem import Problem
@@ -173,7 +173,7 @@ def fit_oscillator(
     names = free_parameters(free)
     known = known_parameters(names, natural_frequency, scene)
     limits = limits_of(names, known, bounds)
-    rng = streams(seed, 1)[0]
+    rng = dict(zip(KINDS, streams(seed, len(KINDS)), strict=True))
     common = flag("same_amplitude", same_amplitude)
     compared = kinds_of(kinds, isinstance(impacts, (list, tuple)))
     if isinstance(impacts, (list, tuple)):
@@ -193,7 +193,7 @@ def fit_oscillator(
     strength = None if used is None else strengths_of(impacts, used)
     train = as_train(impacts, frequency, strength)
     with progress(None, " trains", leave=False) as advance:
-        problem = Problem(names, known, limits, frequency, train, rng, advance=advance)
+        problem = Problem(names, known, limits, frequency, train, rng["rigid"], advance=advance)
         return _fit(problem, impacts, used)
 
 

@@ -91,7 +91,7 @@ class Asked(NamedTuple):
     limits: dict[str, tuple[float, float]]
     common: bool  # whether the amplitude is the same in all
     kinds: tuple[str, ...]
-    rng: np.random.Generator
+    rng: dict[str, np.random.Generator]  # of each kind, so that none changes another
 
 
 def fit_trains(
@@ -177,7 +177,7 @@ def _candidate(
     better : Candidate or None
         Of another kind: what is far worse is not refined.
     """
-    extra, limits, names = KINDS[kind], dict(asked.limits), asked.names
+    extra, limits, names, rng = KINDS[kind], dict(asked.limits), asked.names, asked.rng[kind]
     default = PARAMETERS["amplitude"]
     if limits.get("amplitude") == (default.low, default.high):  # well above resonance it takes more
         ratio = max(frequencies) / asked.known["natural_frequency"]
@@ -193,7 +193,7 @@ def _candidate(
         trains = [without(train, echo) for train, echo in zip(trains, heard.which, strict=True)]
         apart = sum(heard.cost(k, frequency) for k, frequency in enumerate(frequencies))
     problems = [
-        Problem(names, asked.known, limits, frequency, train, asked.rng)
+        Problem(names, asked.known, limits, frequency, train, rng)
         for train, frequency in zip(trains, frequencies, strict=True)
     ]
     seen = [
@@ -205,15 +205,15 @@ def _candidate(
         if extra is not None and KINDS[close.kind] != extra:
             begun[0][:, PLACES[extra]] = math.log(EXTRA[extra].high)
     else:
-        begun = simulated_like(problems, kind, asked.rng)
+        begun = simulated_like(problems, kind, rng)
         if extra is None:
             begun += balanced(problems)
     layout = _layout(names, False, count)
 
     def propose(k: int, theta: np.ndarray) -> list[np.ndarray]:
-        return amplitudes_like(problems[k], kind, theta, asked.rng)
+        return amplitudes_like(problems[k], kind, theta, rng)
 
-    first = nearest(layout, begun, seen, box, asked.rng)
+    first = nearest(layout, begun, seen, box, rng)
     if first is None:
         return None
     near = NEAR * sum(len(train.x) for train in trains)
@@ -223,12 +223,12 @@ def _candidate(
     if better is not None and begin > better.first + 2 * near:
         return Candidate(kind, problems, layout, first, -math.inf, begin)
     enough = near - apart - (-math.inf if better is None else better.evidence)
-    joint = together(layout, first.theta, seen, box, asked.rng, propose, enough)
+    joint = together(layout, first.theta, seen, box, rng, propose, enough)
     if asked.common and joint is not None:  # each by itself first: tied, one astray holds all
         layout = _layout(names, True, count)
         theta = joint.theta.copy()
         theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
-        joint = together(layout, theta, joint.seen, box, asked.rng, propose, enough)
+        joint = together(layout, theta, joint.seen, box, rng, propose, enough)
     if joint is None or (kind == "two-sided" and _second(joint) < LEAST_SECOND):
         return None
     if kind == "two-sided" and "amplitude" in names:

@@ -351,7 +351,7 @@ def _greatest(samples: np.ndarray, rate: float) -> float:
 def _limits(band: tuple[float, float], rate: float) -> tuple[float, float]:
     try:
         low, high = band
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("band", band, "two frequencies [Hz]") from None
     low, high = number("band", low, least=0.0), number("band", high, most=rate / 2)
     if not low < high:

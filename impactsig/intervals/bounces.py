@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -13,14 +13,19 @@ from .._interval_errors import errors_in_intervals
 from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
+from ._bouncing import bouncing
+from ._drop import Drop, Fit, fit
 
+Contact = Literal["measured", "given", "fitted"]
 LEAST_FLIGHTS = 2
 LEAST_WITH_CONTACT = 4
 """Flights from which on a contact time common to all can be estimated beside the coefficient."""
-STRAY = 0.12
-"""By which the logarithm of a ratio may be off the usual one before an impact is no bounce."""
 LAWS = (0.0, -0.2)
 """Powers of the speed that contact times go by: of a linear spring, and of Hertz."""
+TRIED = 9
+"""Powers that are tried from one to the other."""
+LEAST_MIDDLE = 0.3
+"""Of the error of an instant, that the middle of its contact has at least."""
 MOST_TIME = 1e100
 """Seconds; sums of squares of such times are numbers still."""
 SURE = 0.95
@@ -73,7 +78,7 @@ class Bounces(Shown):
     ratios: np.ndarray = field(repr=False)
     ratio_errors: np.ndarray = field(repr=False)
     contact_time: float = 0.0
-    contact: Literal["measured", "given", "fitted"] = "measured"
+    contact: Contact = "measured"
     first: int = 0
     misfit: float = math.nan
 
@@ -91,14 +96,14 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     A body that leaves the ground with speed v is back after 2 v / g, so with a restitution
     coefficient r each flight lasts r times as long as the one before, whatever the height and g.
     The flights are the intervals between impacts less the contact times. r and the first flight are
-    fitted to all of them by generalised least squares, as neighbouring intervals share the error of
-    an instant.
+    fitted to all of them by generalised least squares.
 
     Parameters
     ----------
     impacts : Impacts
-        The bounces of one drop, three or more. The longest stretch in which each flight is by about
-        the same share shorter than the one before is taken.
+        The bounces of one drop, three or more. The longest chain in which each flight is by about
+        the same share shorter than the one before is taken; a flight may lead over one or two
+        impacts that are no bounces, if the chain is longer for it.
     contact_time : float, optional
         Of every impact [s]. By default as measured; where it was not, as of sound, one that all
         impacts share is fitted too, for which five bounces are needed.
@@ -114,11 +119,17 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
 
     Notes
     -----
-    Errors are those of the instants, `Impacts.time_error`, and one of measured contact times that
-    all of them share, as detection measures them with one shape. They are raised where the flights
-    scatter by more; where instants have no errors they are those of the scatter. Then the interval
-    is by Student's distribution. The drag of the air shortens high flights and is not part of the
-    model.
+    Contact times that are measured with errors or fitted go by a power of the speed, c r^(p k) at
+    bounce k: p is 0 for a linear spring and -1/5 for Hertz's contact, and all powers from one to
+    the other count as far as they agree with the bounces. The interval holds the coefficients of
+    all that do.
+
+    Errors are those of the instants, `Impacts.time_error`, and of measured contact times, which
+    detection measures with one shape, so that they share an error. A contact that is measured too
+    long begins too early by half of that: `time_error` is taken to have that half, and the middle
+    of the contact what is left. Errors are raised where the bounces scatter by more; where instants
+    have none they are those of the scatter. Then the interval is by Student's distribution. The
+    drag of the air shortens high flights and is not part of the model.
 
     See Also
     --------
@@ -137,171 +148,119 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     instance("impacts", impacts, Impacts)
     given = None if contact_time is None else number("contact_time", contact_time, least=0)
     measured = given is None and impacts.contact_time is not None
-    contacts = np.zeros(len(impacts))
-    if measured:
-        assert impacts.contact_time is not None
+    contact: Contact = "measured" if measured else "fitted" if given is None else "given"
+    contacts = np.full(len(impacts), given or 0.0)
+    if impacts.contact_time is not None and measured:
         contacts = impacts.contact_time
-    elif given is not None:
-        contacts = np.full(len(impacts), given)
-    intervals = np.diff(impacts.time) - contacts[:-1]
-    first, last = _stretch(intervals, impacts.interval_spans_gap())
-    flights = intervals[first:last]
-    fitted = not measured and given is None
-    needed = LEAST_WITH_CONTACT if fitted else LEAST_FLIGHTS
-    if len(flights) < needed:
-        remedy = "Give contact_time=, of which less are needed" if fitted else ""
+    which = bouncing(impacts, contacts)
+    needed = LEAST_WITH_CONTACT if contact == "fitted" else LEAST_FLIGHTS
+    if len(which) <= needed:
+        remedy = "Give contact_time=, of which less are needed" if contact == "fitted" else ""
         remedy = "contact_time= is taken off each interval" if given else remedy
         raise InvalidInput(
-            "impacts", f"{len(flights)} flights, each shorter than the one before",
+            "impacts", f"{max(len(which) - 1, 0)} flights, each shorter than the one before",
             f"{needed} such flights or more", remedy,
         )  # fmt: skip
+    flights = np.diff(impacts.time[which]) - contacts[which[:-1]]
     if not 1 / MOST_TIME < flights.min() <= flights.max() < MOST_TIME:
         raise InvalidInput(
             "impacts", f"flights of {flights.min():.3g} to {flights.max():.3g} s",
             f"times between {1 / MOST_TIME:g} and {MOST_TIME:g} s", "Give them in another unit",
         )  # fmt: skip
-    covariance = _covariance(impacts, first, last, measured)
-    rest = (contacts[first:last], first, given is not None)
-    spring, *others = (
-        _fitted(flights, covariance, fitted, *rest, law) for law in (LAWS if fitted else LAWS[:1])
-    )
-    return _between(spring, others[0]) if others else spring
+    drop = _drop(impacts, which, contacts, contact)
+    if drop.errors is None and drop.left < 1:
+        raise InvalidInput(
+            "impacts.time_error", None, "the errors of the instants, as the bounces are few"
+        )
+    share = float(np.exp(np.median(np.diff(np.log(flights)))))
+    laws = np.linspace(*LAWS, TRIED) if drop.with_contact else LAWS[:1]
+    fits = [fit(drop, law, share) for law in laws]
+    return _summary(drop, fits, contacts[which], contact, int(which[0]))
 
 
-def _between(first: Bounces, second: Bounces) -> Bounces:
-    """Mean of the estimates under two contact laws, with an interval that covers both."""
-    apart = abs(first.restitution - second.restitution)
-    return replace(
-        first,
-        restitution=0.5 * (first.restitution + second.restitution),
-        error=math.hypot(max(first.error, second.error), apart / math.sqrt(12)),
-        interval=(
-            min(first.interval[0], second.interval[0]),
-            max(first.interval[1], second.interval[1]),
-        ),
-    )
-
-
-def _stretch(intervals: np.ndarray, broken: np.ndarray) -> tuple[int, int]:
-    """The longest stretch of intervals that shrink by nearly the same ratio."""
-    if len(intervals) < LEAST_FLIGHTS:
-        return 0, len(intervals)
-    usable = (intervals > 0) & ~broken
-    logs = np.log(np.where(usable, intervals, 1.0))
-    steps = np.diff(logs)
-    shrinks = usable[1:] & usable[:-1] & (steps < 0)
-    best = (0, 1)
-    for centre in steps[shrinks]:
-        good = shrinks & (np.abs(steps - centre) < STRAY)
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(int), [0]))))
-        for low, high in edges.reshape(-1, 2).tolist():
-            if high + 1 - low > best[1] - best[0]:
-                best = (low, high + 1)
-    return best
-
-
-def _covariance(impacts: Impacts, first: int, last: int, measured: bool) -> np.ndarray | None:
-    """Covariance of the flights; None if the instants have no errors."""
+def _drop(impacts: Impacts, which: np.ndarray, contacts: np.ndarray, contact: Contact) -> Drop:
+    """The bounces, with the errors of what is measured of them."""
+    instants, contacts, spread = impacts.time[which], contacts[which], None
+    before = np.concatenate(([0.0], np.cumsum(contacts[:-1])))  # known, unless they have errors
     if impacts.time_error is None:
-        return None
-    error = errors_in_intervals(impacts, np.minimum(impacts.time_error, MOST_TIME))
-    square = error[first : last + 1] ** 2
-    covariance = np.diag(square[1:] + square[:-1]) - np.diag(square[1:-1], 1)
-    covariance -= np.diag(square[1:-1], -1)
-    if measured and impacts.contact_time_error is not None:
-        # Alike contacts are measured with one shape, whose error they share.
-        covariance += float(np.median(impacts.contact_time_error[first:last])) ** 2
-    usable = np.isfinite(covariance).all() and np.diag(covariance).min() > 0
-    if not usable:
+        return Drop(instants - before, None, contacts, None, contact == "fitted")
+    errors = errors_in_intervals(impacts, np.minimum(impacts.time_error, MOST_TIME))[which]
+    if contact == "measured" and impacts.contact_time_error is not None:
+        whole = np.minimum(impacts.time_error[which], MOST_TIME)
+        own = np.minimum(impacts.contact_time_error[which], MOST_TIME)
+        # A contact that is measured too long begins too early: its middle has less of an error.
+        instants, before = instants + contacts / 2, 0.0
+        errors = np.sqrt(np.maximum(whole**2 - own**2 / 4, (LEAST_MIDDLE * whole) ** 2))
+        spread = _contact_covariance(own, None if impacts.peak is None else impacts.peak[which])
+    every = errors if spread is None else np.append(errors, np.diag(spread))
+    if not (np.isfinite(every).all() and every.min() > 0):
         raise InvalidInput(
             "impacts", "instants whose errors are 0 or not known", "positive standard errors",
             "Give time_error, or None to read it from the scatter",
         )  # fmt: skip
-    return covariance
+    with_contact = contact == "fitted" or spread is not None
+    return Drop(instants - before, errors, contacts, spread, with_contact)
 
 
-def _fitted(
-    flights: np.ndarray,
-    covariance: np.ndarray | None,
-    with_contact: bool,
-    contacts: np.ndarray,
-    first: int,
-    given: bool,
-    law: float,
+def _contact_covariance(error: np.ndarray, peak: np.ndarray | None) -> np.ndarray:
+    """Covariance of measured contact times.
+
+    Contacts are measured with one shape, whose error they share. By itself a weak one tells less
+    than its stated error, which rests on the others being like it: contacts of Hertz, which last
+    the longer the weaker they are, come out up to 30 % too short at the noise. So each has at least
+    the error of the surest, by the ratio of their peaks; half of that of the surest is taken for
+    its own, though all may be shared.
+    """
+    sure = int(np.argmin(error))
+    single = error
+    if peak is not None and np.isfinite(peak).all() and peak.min() > 0:
+        single = np.maximum(error, error[sure] * peak[sure] / peak)
+    return np.diag(single**2 - error[sure] ** 2 / 2) + error[sure] ** 2
+
+
+def _summary(
+    drop: Drop, fits: list[Fit], measured: np.ndarray, contact: Contact, first: int
 ) -> Bounces:
-    from scipy.optimize import least_squares
-    from scipy.stats import norm, t
+    """The mean over the laws of contact, and an interval of all that are as likely."""
+    from scipy.special import ndtri, stdtrit
 
-    count = len(flights)
-    left = count - 2 - with_contact
-    if covariance is None and left < 1:
-        raise InvalidInput(
-            "impacts.time_error", None, "the errors of the instants, as the bounces are few"
-        )
-    known = covariance is not None
-    # Without errors neighbours share that of an instant all the same, of a size to be found.
-    shape = 2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
-    factor = np.linalg.cholesky(covariance if covariance is not None else shape)
-    number = np.arange(count)
-
-    def model(at: np.ndarray) -> np.ndarray:
-        return at[0] * at[1] ** number + (at[2] * at[1] ** (law * number) if with_contact else 0.0)
-
-    def residuals(at: np.ndarray) -> np.ndarray:
-        return np.linalg.solve(factor, flights - model(at))
-
-    def slopes(at: np.ndarray) -> np.ndarray:
-        own = [at[1] ** number, at[0] * number * at[1] ** (number - 1.0)]
-        if with_contact:
-            own[1] = own[1] + at[2] * law * number * at[1] ** (law * number - 1.0)
-            own.append(at[1] ** (law * number))
-        return -np.linalg.solve(factor, np.column_stack(own))
-
-    share = float(np.exp(np.median(np.diff(np.log(flights)))))
-    start = [float(flights[0]), min(max(share, 0.01), 0.999)] + [0.0] * with_contact
-    low, high = [0.0, 1e-6], [np.inf, 1.0]
-    # A contact time is positive, but its estimate may not be: a bound would bias the coefficient.
-    bounds = (low + [-np.inf] * with_contact, high + [np.inf] * with_contact)
-    found = least_squares(
-        residuals, start, slopes, bounds=bounds, x_scale=np.maximum(np.abs(start), 1e-3),
-        ftol=1e-14, xtol=1e-14, gtol=1e-14,
-    )  # fmt: skip
-    squares = 2 * found.cost
-    misfit = squares / left if left else math.nan
-    spread = _variance(found.jac, 1)
-    quantile = float(norm.ppf(0.5 + SURE / 2))
-    scale = 1.0
+    known, left = drop.errors is not None, drop.left
+    best = min(fits, key=lambda one: one.squares)
+    misfit = best.squares / left if left else math.nan
+    scale, quantile = 1.0, float(ndtri(0.5 + SURE / 2))
     if not known or (left and misfit > 1):
-        scale, quantile = misfit, float(t.ppf(0.5 + SURE / 2, left))
-    error = math.sqrt(spread * scale)
-    own = float(found.x[1])
-    contact = float(found.x[2]) if with_contact else float(contacts.mean())
-    times = flights - (contact * own ** (law * number) if with_contact else 0.0)
-    variance = (covariance if covariance is not None else shape) * scale
+        scale, quantile = misfit, float(stdtrit(left, 0.5 + SURE / 2))
+    beyond = np.array([one.squares - best.squares for one in fits]) / max(scale, 1e-300)
+    weight = np.exp(-beyond / 2) / np.exp(-beyond / 2).sum()
+    ratio = np.array([one.restitution for one in fits])
+    error = np.sqrt([one.variance * scale for one in fits])
+    # Where another law fits worse, less is left for the coefficient to be off.
+    reach = error * np.sqrt(np.maximum(quantile**2 - beyond, 0.0))
+    likely = beyond <= quantile**2
+    own = float(weight @ ratio)
+    powers = np.arange(len(drop.instants))
+    lasted = best.contact * best.restitution ** (best.law * powers)
+    if drop.contact_errors is not None:  # from middle to middle
+        lasted[:-1] = (lasted[:-1] + lasted[1:]) / 2
+    times = np.diff(drop.instants) - lasted[:-1]
+    square = np.ones(len(powers)) if drop.errors is None else drop.errors**2
+    covariance = np.diag(square[1:] + square[:-1]) - np.diag(square[1:-1], 1)
+    covariance -= np.diag(square[1:-1], -1)
     return Bounces(
         own,
-        error,
-        (max(own - quantile * error, 0.0), min(own + quantile * error, 1.0)),
+        math.sqrt(weight @ (error**2 + (ratio - own) ** 2)),
+        (
+            max(float((ratio - reach)[likely].min()), 0.0),
+            min(float((ratio + reach)[likely].max()), 1.0),
+        ),
         times,
         times[1:] / times[:-1],
-        _ratio_errors(times, variance),
+        _ratio_errors(times, covariance * scale),
+        best.contact if contact == "fitted" else float(measured[:-1].mean()),
         contact,
-        "fitted" if with_contact else "given" if given else "measured",
         first,
         misfit if known else math.nan,
     )
-
-
-def _variance(jacobian: np.ndarray, k: int) -> float:
-    """Variance of parameter k by a fit, as large as rounding can tell where it is not determined.
-
-    Of bounces that hardly get shorter, a longer contact is a longer flight, and the inverse of the
-    normal matrix had negative entries.
-    """
-    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    _, singular, directions = np.linalg.svd(jacobian / size, full_matrices=False)
-    singular = np.maximum(singular, np.finfo(float).eps * singular[0])
-    return float(np.sum((directions[:, k] / singular) ** 2) / size[k] ** 2)
 
 
 def _ratio_errors(times: np.ndarray, covariance: np.ndarray) -> np.ndarray:

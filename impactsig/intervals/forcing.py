@@ -96,7 +96,7 @@ def forcing_cycles(forcing: Forcing, time: np.ndarray) -> tuple[np.ndarray, floa
 def _instants(forcing: Iterable[float]) -> np.ndarray:
     try:
         values = np.asarray(forcing, dtype=np.float64)
-    except (TypeError, ValueError):
+    except Exception:
         values = np.empty((0, 0))
     if values.ndim != 1 or not np.isfinite(values).all():
         raise InvalidInput(

@@ -51,7 +51,7 @@ class IntervalHistogram(Shown):
     count: np.ndarray
     rule: str
 
-    plot = drawn_by("histogram", "it")
+    plot = drawn_by("histogram", "the histogram")
 
 
 def interval_histogram(

@@ -207,7 +207,7 @@ class Cantilever:
         mode = whole("mode", mode, 1)
         try:
             x = np.asarray(x, float)
-        except (TypeError, ValueError):
+        except Exception:
             raise InvalidInput("x", x, "distances from the clamp [m]") from None
         if not ((x >= 0) & (x <= self.length * (1 + 1e-12))).all():
             raise InvalidInput("x", x, f"places on the beam, 0 to {self.length:g} m")
@@ -217,7 +217,7 @@ class Cantilever:
     def tuned(self, frequency: float) -> Cantilever:
         """The beam with Young's modulus adjusted to a measured first natural frequency.
 
-        A clamp that gives way, or a sensor's mass, lowers a frequency; this puts it down to the
+        A clamp that gives way, or a sensor's mass, lowers a frequency; this attributes it to the
         modulus, and so lowers all modes alike.
 
         Parameters

@@ -205,7 +205,7 @@ class Oscillator:
 
     @property
     def angular_forcing_frequency(self) -> float | None:
-        """One turn per forcing period [rad per unit of time], or None where there is no forcing."""
+        """Angular frequency of the forcing period [rad per unit of time]; None without forcing."""
         return self._recurrence.frequency if self.angular_frequencies else None
 
     @property

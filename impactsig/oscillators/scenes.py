@@ -530,7 +530,7 @@ def _both(sigma: Any) -> tuple[Any, Any]:
         left, right = pair if pair else (-sigma, sigma)
         if not columns_allowed.get():
             left, right = float(left), float(right)
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("sigma", sigma, required) from None
     for value in (left, right):
         numbers(SimpleNamespace(sigma=value), "sigma")

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._arguments import whole
+from .._arguments import entries, whole
 from ..errors import InvalidInput
 from ._series import known, unbroken
 
@@ -22,10 +22,8 @@ def dimensions_of(value: int | Iterable[int]) -> tuple[int, ...]:
     """
     if isinstance(value, (int, np.integer)):
         value = range(1, whole("dimensions", value, 1, 10_000) + 1)
-    try:
-        found = tuple(whole("dimensions", one, 1) for one in value)
-    except TypeError:
-        raise InvalidInput("dimensions", value, "whole numbers, or the greatest of them") from None
+    several = entries("dimensions", value, "whole numbers, or the greatest of them")
+    found = tuple(whole("dimensions", one, 1) for one in several)
     if not found or any(b <= a for a, b in pairwise(found)):
         raise InvalidInput("dimensions", found, "one or more dimensions, ascending")
     return found

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .._arguments import reals
 from ..errors import InvalidInput
 from ..impacts import Impacts
 
@@ -39,15 +40,10 @@ def series(x: Any, argument: str = "x", least: int = 2, gap: int = 0) -> np.ndar
     if isinstance(x, Impacts):
         values, crossing = np.diff(x.time), x.interval_spans_gap()
     else:
-        try:
-            values = np.asarray(x)
-            if values.dtype.kind == "O":
-                values = values.astype(float)
-            if values.dtype.kind not in "iuf":
-                raise TypeError
-        except (TypeError, ValueError):
-            raise InvalidInput(argument, x, "a series of real numbers") from None
-        crossing = None
+        required = "a series of real numbers"
+        values, crossing = reals(argument, x, required), None
+        if np.asarray(x).dtype.kind == "b":
+            raise InvalidInput(argument, x, required)
     if values.ndim != 1:
         raise InvalidInput(
             argument, f"shape {values.shape}", "one dimension, shape (n,)",

@@ -74,7 +74,7 @@ class DelayChoice(Shown):
     noise: float
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         if self.delay is None:
             return f"no delay by {self.method}: {self.reason}"
         return f"delay {self.delay} by {self.method} ({self.rule})"

@@ -79,7 +79,7 @@ class FalseNeighbors(Shown):
     warnings: tuple[str, ...] = ()
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         least = int(np.argmin(self.share))
         if self.dimension is None:
             words = (
@@ -145,7 +145,7 @@ class AveragedFalseNeighbors(Shown):
     warnings: tuple[str, ...] = ()
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         if not self.deterministic:
             words = "no determinism by averaged false neighbours: E2 is 1 in every dimension"
         elif self.dimension is None:

@@ -17,6 +17,7 @@ from .._atomic import atomic_path
 from .._showing import Shown
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each
+from ._drawn import Wanted, digest_of_page
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -186,27 +187,37 @@ def write_each_report(
     folder: Path,
     options: Sequence[dict[str, Any]],
     *,
+    runs: Sequence[str] = (),
     workers: int | None = None,
     progress: bool | None = None,
 ) -> tuple[Entry, ...]:
-    """As `write_reports`, with separate options for each recording."""
+    """As `write_reports`, with separate options for each recording.
+
+    Where `runs` names the results of the recordings, pages that are current are left as they are.
+    """
     paths = _paths(files)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UnwritableFile(folder, f"cannot be made ({error.strerror})") from None
     pages = _pages(paths, folder)
-    found = each(
-        _report,
-        list(zip(paths, pages, options, strict=True)),
-        workers=workers,
-        progress=progress,
-    )
+    made: dict[Path, Entry | ImpactsigError] = {}
+    wanted = []
+    for number, (path, page) in enumerate(zip(paths, pages, strict=True)):
+        one = Wanted(page, digest_of_page(runs[number], path, options[number])) if runs else None
+        kept = None if one is None else one.current()
+        if kept is None:
+            wanted.append((path, page, options[number], one))
+        else:
+            figures = tuple((name, value, word) for name, value, word in kept["figures"])
+            made[path] = Entry(path, page, kept["summary"], figures)
+    found = each(_report, wanted, workers=workers, progress=progress)
+    made |= {task[0]: one for task, one in zip(wanted, found, strict=True)}
     entries = tuple(
         Entry(path, None, str(one).removeprefix(f"{path}: "))
-        if isinstance(one, ImpactsigError)
+        if isinstance(one := made[path], ImpactsigError)
         else one
-        for path, one in zip(paths, found, strict=True)
+        for path in paths
     )
     with atomic_path(folder / INDEX) as temporary:
         temporary.write_text(_index(entries), encoding="utf-8")
@@ -221,13 +232,16 @@ def _detect(path: Path, options: dict[str, Any]) -> Impacts:
     return detect_file(path, reading, detecting)
 
 
-def _report(task: tuple[Path, Path, dict[str, Any]]) -> Entry:
+def _report(task: tuple[Path, Path, dict[str, Any], Wanted | None]) -> Entry:
     from .cards import tiles
     from .page import analyse_to_page
 
-    path, page, options = task
+    path, page, options, wanted = task
     analysis, page = analyse_to_page(path, page, **options)
-    return Entry(path, page, analysis.summary(), tuple(tiles(analysis)))
+    entry = Entry(path, page, analysis.summary(), tuple(tiles(analysis)))
+    if wanted is not None:
+        wanted.keep(summary=entry.summary, figures=entry.figures)
+    return entry
 
 
 def _paths(files: Iterable[str | PathLike[str]]) -> list[Path]:

@@ -57,12 +57,13 @@ def write_experiment(
     experiment: Experiment,
     directory: Path,
     *,
+    runs: Sequence[str],
     reports: bool = True,
     simulated: BifurcationDiagram | Sequence[BifurcationDiagram] = (),
     workers: int | None = None,
     progress: bool | None = None,
 ) -> Path:
-    """As `Experiment.write_report`."""
+    """As `Experiment.write_report`; `runs` are the names under which its runs are kept."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
         if reports and len(experiment):
@@ -73,7 +74,12 @@ def write_experiment(
     if reports and len(experiment):
         options = [_options(experiment, run) for run in range(len(experiment))]
         made = write_each_report(
-            experiment.files, directory / RECORDINGS, options, workers=workers, progress=progress
+            experiment.files,
+            directory / RECORDINGS,
+            options,
+            runs=runs,
+            workers=workers,
+            progress=progress,
         )
         entries = {entry.path: entry for entry in made}
     _write_tables(experiment, directory)

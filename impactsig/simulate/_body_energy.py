@@ -33,19 +33,27 @@ def kinetic_energy_gained(motion: Motion) -> float:
     if motion.impacts is None:
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     rows = motion._segments
-    kind = rows[:, ROW_KIND]
     _, moving = motion._stops_at(rows[:, TURNS], rows[:, PHASE])
-    after = rows[:, ROW_V] * motion._engine.omega + moving
+    sides = np.array([1.0 if stop.side == "upper" else -1.0 for stop in motion.system.stops])
+    return energy_gained(rows, moving, motion._engine.omega, sides, motion.system.mass)
+
+
+def energy_gained(
+    rows: np.ndarray, moving: np.ndarray, omega: float, sides: np.ndarray, mass: float
+) -> float:
+    """The same from events and the velocity of the base at each; sides are 1 for upper stops."""
+    kind = rows[:, ROW_KIND]
+    after = rows[:, ROW_V] * omega + moving
 
     hit = kind == IMPACT
-    sides = np.array([1.0 if stop.side == "upper" else -1.0 for stop in motion.system.stops])
-    approach = rows[hit, ROW_APPROACH] * motion._engine.omega
+    approach = rows[hit, ROW_APPROACH] * omega
     before = moving[hit] + sides[rows[hit, ROW_STOP].astype(int)] * approach
     gained = float(np.sum(after[hit] ** 2 - before**2))
 
     step = (kind == TOUCH).astype(int) - (kind == PART)
-    pushing = np.cumsum(step)
-    pushing -= min(int(pushing.min()), 0)  # those that pushed when the span began
-    first, last = (step == 1) & (pushing == 1), (step == -1) & (pushing == 0)
-    gained += float(np.sum(after[last] ** 2) - np.sum(after[first] ** 2))
-    return 0.5 * motion.system.mass * gained
+    if step.any():
+        pushing = np.cumsum(step)
+        pushing -= min(int(pushing.min()), 0)  # those that pushed when the span began
+        first, last = (step == 1) & (pushing == 1), (step == -1) & (pushing == 0)
+        gained += float(np.sum(after[last] ** 2) - np.sum(after[first] ** 2))
+    return 0.5 * float(mass) * gained

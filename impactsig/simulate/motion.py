@@ -283,10 +283,11 @@ def assemble(
 
 
 def _sticks(rows: np.ndarray, time: np.ndarray, stop: float) -> np.ndarray:
-    begin, end = time[rows[:, ROW_KIND] == STICK], time[rows[:, ROW_KIND] == RELEASE]
-    if len(end) < len(begin):
-        end = np.append(end, stop)
-    return np.stack([begin, end], axis=1)
+    kind = rows[:, ROW_KIND]
+    begin, end = time[kind == STICK], time[kind == RELEASE]
+    spans = np.full((len(begin), 2), stop)
+    spans[:, 0], spans[: len(end), 1] = begin, end
+    return spans
 
 
 def _impacts(

@@ -78,7 +78,7 @@ class PowerSpectrum(Shown):
         inside = (self.frequency >= low) & (self.frequency <= high)
         return float(self.density[inside].sum() * self.resolution)
 
-    plot = drawn_by("power_spectrum", "it")
+    plot = drawn_by("power_spectrum", "the spectral density")
 
 
 def power_spectrum(

@@ -270,7 +270,7 @@ def _edges(name: str, given: Any, known: tuple[float, float], bins: int) -> np.n
     if given is not None:
         try:
             low, high = (float(value) for value in given)
-        except (TypeError, ValueError):
+        except Exception:
             low = high = math.nan
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise InvalidInput(name, given, "two finite numbers, the first less than the second")

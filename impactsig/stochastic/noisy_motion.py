@@ -21,8 +21,8 @@ from .paths.running import Method, Mover, key_of
 if TYPE_CHECKING:
     pass
 
-BATCH = 4096  # looks between two visits of the kernel
-ROOM = 1 << 16  # impacts that a visit has room for
+BATCH = 1 << 15  # steps in a call of the kernel, so that a run can be interrupted
+ROOM = 2 * BATCH  # impacts that a call has room for
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,14 +155,14 @@ def move(
     group = mover.start(found.q, found.v, np.array([path]))
     group.move(found.before)
     seen, hits = [np.empty((1, 0, 2))], [np.empty((0, 3))]
-    done, batch = 0, max(BATCH // found.every, 1)
-    while done < found.looks:
-        some = min(batch, found.looks - done)
-        events = np.empty((ROOM, 3))
+    events, done, steps = np.empty((ROOM, 3)), 0, found.looks * found.every
+    while done < steps:
+        until = min(done + BATCH, steps)
+        looks = until // found.every - done // found.every
         group.count[:] = 0
-        seen.append(group.move(some * found.every, found.every, some, events))
-        hits.append(events[: min(group.count[0], ROOM)])
-        done += some
+        seen.append(group.move(until - done, found.every, looks, events))
+        hits.append(events[: min(group.count[0], ROOM)].copy())
+        done = until
     x, v = np.concatenate(seen, axis=1)[0].T
     finite = np.isfinite(x) & np.isfinite(v)
     good = len(x) if finite.all() else int(np.argmin(finite))

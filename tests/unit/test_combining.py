@@ -50,6 +50,22 @@ def test_load_cell_and_microphone(seed):
         assert sorted(both.index[both.index[:, k] >= 0, k]) == list(range(len(train)))
 
 
+def test_channels_that_start_at_other_times():
+    rng = np.random.default_rng(21)
+    truth = np.cumsum(rng.uniform(0.02, 0.08, 400))
+    cell, microphone = heard(truth, rng), heard(truth, rng, late=-0.31)
+    both = combine_impacts([cell, microphone])
+    assert both.delays[1] == pytest.approx(-0.31, abs=3e-5)
+    assert any("0.31 s apart" in note for note in both.impacts.notes)
+    assert match_impacts(both.impacts, Impacts(truth), 3e-4).recall > 0.99
+    # Asked for less, or of another machine, they have no common delay.
+    other = heard(np.cumsum(rng.uniform(0.02, 0.08, 400)), rng)
+    for trains, longest in (((cell, microphone), 0.05), ((cell, other), None)):
+        apart = combine_impacts(trains, longest_delay=longest)
+        assert apart.delays[1] == 0.0
+        assert np.isinf(apart.delay_errors[1])
+
+
 def test_of_what_a_sensor_shares_as_much_counts_as_its_weight():
     truth, cells = np.arange(1.0, 400.0), []
     for late, error, shared in ((0.0, 2e-6, 1e-6), (1e-4, 4e-6, 3e-6)):

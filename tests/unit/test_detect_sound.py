@@ -317,7 +317,9 @@ def test_a_gate_that_cuts_rumble_off_makes_no_impacts(level, hold):
     np.testing.assert_allclose(found, time, atol=2.1e-3)
 
 
-@pytest.mark.parametrize(("name", "times", "hold"), [("0", 6, 0.03), ("A", 12, 0.1)])
+@pytest.mark.parametrize(
+    ("name", "times", "hold"), [("0", 3, 0.02), ("0", 6, 0.03), ("A", 12, 0.1)]
+)
 def test_keystrokes_behind_a_noise_gate(shared_data, name, times, hold):
     x, rate = soundfile.read(shared_data(f"audio_counts/keystrokes/{name}.wav"))
     y = gated(x, rate, times * np.median(np.abs(x)) / 0.6745, hold)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from impactsig import Experiment, InvalidInput, bifurcation_diagram, cli, plot, scenes
 from impactsig.report import analyse
 from impactsig.report import experiment as page
+from impactsig.report.batches import write_each_report
 
 from .test_experiment import RIG, record
 
@@ -114,6 +116,41 @@ def test_the_report_of_a_run_has_the_forcing_of_its_value(experiment):
     found = analyse(experiment.files[0], **page._options(experiment, 0))
     assert found.forcing_period == 1 / 20.0
     assert found.periodicity.name == "period(2,1)"
+
+
+def test_only_reports_of_what_changed_are_written_again(tmp_path, monkeypatch):
+    written = []
+
+    def analysed(path, page, **options):
+        written.append(path.name)
+        page.write_text(f"{path.name} {options}", encoding="utf-8")
+        return SimpleNamespace(summary=lambda: f"of {path.name}"), page
+
+    monkeypatch.setattr("impactsig.report.page.analyse_to_page", analysed)
+    monkeypatch.setattr("impactsig.report.cards.tiles", lambda _: [("Impacts", "3", "in 1 s")])
+    files = [tmp_path / "a.wav", tmp_path / "b.wav"]
+    out = tmp_path / "out"
+
+    def write(runs, options=({}, {})):
+        written.clear()
+        entries = write_each_report(files, out, options, runs=runs, workers=1)
+        assert [one.summary for one in entries] == ["of a.wav", "of b.wav"]
+        assert all(one.figures == (("Impacts", "3", "in 1 s"),) for one in entries)
+        return list(written)
+
+    assert write(["1", "2"]) == ["a.wav", "b.wav"]
+    assert write(["1", "2"]) == []
+    assert write(["1", "3"]) == ["b.wav"]  # another recording, or other settings of the rig
+    assert write(["1", "3"], ({"unit": "N"}, {})) == ["a.wav"]
+    (out / "b.wav.html").write_text("changed by hand", encoding="utf-8")
+    assert write(["1", "3"], ({"unit": "N"}, {})) == ["b.wav"]
+    (out / "a.wav.html").unlink()
+    assert write(["1", "3"], ({"unit": "N"}, {})) == ["a.wav"]
+    (out / ".impactsig" / "a.wav.html.json").write_text("[", encoding="utf-8")
+    assert write(["1", "3"], ({"unit": "N"}, {})) == ["a.wav"]
+    monkeypatch.setattr("impactsig.report._drawn._package", lambda: "another version")
+    assert write(["1", "3"], ({"unit": "N"}, {})) == ["a.wav", "b.wav"]
+    assert write([]) == ["a.wav", "b.wav"]  # a batch without runs writes all
 
 
 @pytest.mark.slow

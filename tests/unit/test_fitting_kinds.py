@@ -23,7 +23,7 @@ from impactsig import (
 from impactsig.fitting import _together, joint
 from impactsig.fitting._contact_kernels import bounce, contacts
 from impactsig.fitting._echoes import _dithered, echoes, without
-from impactsig.fitting._followed import Followed, Laid, Seen
+from impactsig.fitting._followed import TORN, Followed, Laid, Seen
 from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._machine import PARAMETERS
 from impactsig.fitting._orbit import machine_of
@@ -292,12 +292,28 @@ def test_kinds_are_given_up_by_the_score_of_all_instants(monkeypatch, ahead, giv
     monkeypatch.setattr(joint, "together", lambda *given: enough.append(given[-1]))
     names = ("restitution", "damping", "amplitude")
     limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
-    rng = np.random.default_rng(1)
+    rng = {"echo": np.random.default_rng(1)}
     asked = joint.Asked(names, {"natural_frequency": 22.2}, limits, False, ("rigid", "echo"), rng)
     better = SimpleNamespace(first=500.0 + apart - ahead * near, evidence=300.0, kind="rigid")
     found = joint._candidate("echo", trains, [FREQUENCY] * 2, asked, heard, None, better)
     assert (found is not None) == given_up
     assert enough == ([] if given_up else [pytest.approx(near - apart - 300.0)])
+
+
+def test_what_one_kind_draws_changes_no_other(monkeypatch):
+    drawn = []
+
+    def candidate(kind, trains, frequencies, asked, *others):
+        drawn.append((kind, asked.rng[kind].random()))
+
+    monkeypatch.setattr(joint, "_candidate", candidate)
+    train = simulate(scenes.karpodinis(20.1), periods=300, transient=100).impacts
+    for kinds in (("rigid", "two-sided"), ("two-sided",)):
+        with pytest.raises(InvalidInput, match="one oscillator"):
+            fit_oscillator([train] * 2, [1 / 20.1] * 2, natural_frequency=22.2, kinds=kinds, seed=3)
+    (rigid, first), (_, both), (_, alone) = drawn
+    assert rigid == "rigid"
+    assert first != both == alone
 
 
 @pytest.mark.slow
@@ -323,6 +339,22 @@ def test_one_train_has_no_kinds():
     impacts = simulate(scenes.karpodinis(20.1), periods=5).impacts
     with pytest.raises(InvalidInput, match="list of trains"):
         fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "soft"))
+
+
+def test_a_leg_that_leads_elsewhere_is_left_out_where_steps_begin():
+    """One leg over an impact that is missing outweighs all others, and no step lowers the loss."""
+    x, speed, side = (np.delete(one, 10) for one in impacts_of("two-sided"))
+    led = np.ones(len(x) - 1, bool)
+    seen = Seen(FREQUENCY, x, led, "two-sided", Chain(1e-3, 0.02, 0.01))
+    orbit = Followed(seen, np.ones(len(x), bool), side, led, np.column_stack((x, speed)), 0, 0)
+    theta = theta_of("two-sided")
+    whole, torn = orbit.laid(theta), orbit.laid(theta, tears=True)
+    assert whole.orbit.broken == 0
+    assert whole.loss > TORN / 2
+    lost = np.flatnonzero(orbit.led & ~torn.orbit.led)
+    assert 1 <= len(lost) == torn.orbit.broken <= 3
+    assert np.abs(lost - 9).max() <= 1
+    assert torn.loss < len(x)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import soundfile
@@ -9,7 +11,8 @@ import soundfile
 from impactsig import InvalidInput, Rig, UnreadableFile, cli, info
 from impactsig.cli._commands import report_options
 from impactsig.cli._parser import parser
-from impactsig.experiment.writing import rig_text
+from impactsig.experiment.parameter import Place
+from impactsig.experiment.writing import _pattern, rig_text
 
 WHOLE = """
 files = "*.wav"
@@ -138,6 +141,31 @@ def recording(tmp_path):
     path = tmp_path / "run_20.0Hz.wav"
     soundfile.write(path, samples, rate, subtype="PCM_24")
     return path
+
+
+@pytest.mark.parametrize(
+    ("stem", "value", "branch", "back"),
+    [
+        ("beam up 20.5Hz", "20.5", "up", "beam down 20.5Hz"),
+        ("run3-Falling-20.25_Hz", "20.25", "Falling", "run3-Rising-20.25_Hz"),
+        ("beam.down.20.5Hz", "20.5", "down", "beam.up.20.5Hz"),
+        ("20.5 Hz, DOWN again", "20.5", "DOWN", "20.5 Hz, UP again"),
+    ],
+)
+def test_the_pattern_of_a_name_finds_the_branch(stem, value, branch, back):
+    pattern = re.compile(_pattern(stem))
+    assert pattern.search(stem).groupdict() == {"value": value, "branch": branch}
+    ways = {Place.of(1, pattern.search(one)["branch"]).branch for one in (stem, back)}
+    assert ways == {"up", "down"}
+
+
+@pytest.mark.parametrize("stem", ["beam.20.5Hz", "setup 20.5Hz", "20.5Hz_upper", "a20.5 Hz"])
+def test_the_pattern_of_a_name_without_a_branch(stem):
+    assert re.search(_pattern(stem), stem).groupdict() == {"value": "20.5"}
+
+
+def test_a_name_without_a_frequency_has_no_pattern():
+    assert _pattern("up 20") is None
 
 
 def test_what_is_written_of_a_file_reads_back(recording, written, capsys, monkeypatch):

@@ -27,7 +27,7 @@ from impactsig.detect.sound.timing._shared_modes_fit import modes_behind, shared
 from impactsig.detect.sound.timing._shared_modes_kernels import (
     add_lagged_products,
     crossings,
-    log_probability,
+    log_probabilities,
     project,
 )
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
@@ -257,20 +257,26 @@ def test_sounds_without_modes_in_common_have_no_exponents():
     assert shared_exponents(noise, np.zeros(60), 0.0, RATE) == ([], [])
 
 
+def test_sounds_that_are_hardly_numbers_have_no_exponents():
+    t = np.arange(60)
+    sounds = np.tile(1e-161 * np.exp(EXPONENTS[:1] * t).real, (30, 1))
+    assert shared_exponents(sounds, np.zeros(30), 0.0, RATE) == ([], [])
+
+
 @pytest.mark.parametrize(("count", "size"), [(1, 3), (70, 41), (33, 16)])
 def test_projections_are_products_with_the_basis(count, size):
     rng = np.random.default_rng(13)
     sounds, basis = rng.standard_normal((count, 80)), rng.standard_normal((5, 6, size))
     first = rng.integers(0, 80 - size + 1, count)
-    energy, found = np.empty(count), np.empty((count, 5, 3))
+    energy, found = np.empty(count), np.empty((count, 3, 5))
     project(sounds, first, basis, energy, found)
     for y, at, own, of in zip(sounds, first, energy, found, strict=True):
         part = y[at : at + size]
         assert own == pytest.approx(part @ part, rel=1e-13)
         products = basis @ part
-        np.testing.assert_allclose(of[:, 0], np.sum(products[:, :-2] ** 2, axis=1), rtol=1e-12)
-        np.testing.assert_allclose(of[:, 1:], products[:, -2:], rtol=0.0, atol=1e-13)
-        assert of[2, 1] == product(y, at, basis[2, 4])  # side by side or alone, the same bits
+        np.testing.assert_allclose(of[0], np.sum(products[:, :-2] ** 2, axis=1), rtol=1e-12)
+        np.testing.assert_allclose(of[1:].T, products[:, -2:], rtol=0.0, atol=1e-13)
+        assert of[1, 2] == product(y, at, basis[2, 4])  # side by side or alone, the same bits
 
 
 def test_twin_of_the_probability_of_a_shift():
@@ -286,10 +292,12 @@ def test_twin_of_the_probability_of_a_shift():
     values = []
     for scale in (1.0, 0.3):  # the densities differ by a constant only
         projection = np.array([np.sum((q.T @ y) ** 2), *(scale * k.T @ y)])
-        value, explained = log_probability(projection, scale**2 * gram, energy, 2e-3, (1e-2, 3e-3))
+        value, explained = np.empty((2, 1))
+        at_one = projection[:, None], scale**2 * gram[:, None]
+        log_probabilities(*at_one, energy, 2e-3, (1e-2, 3e-3), value, explained)
         slow = naive_sound.log_probability(y, q, scale * k, 2e-3, (1e-2, 3e-3))
-        values.append(value - slow)
-        assert 0.0 < explained < 1.0
+        values.append(value[0] - slow)
+        assert 0.0 < explained[0] < 1.0
     assert values[0] == pytest.approx(values[1], rel=1e-9)
 
 

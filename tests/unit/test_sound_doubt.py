@@ -75,19 +75,23 @@ ODDS = np.array([-np.inf, -2.0, -0.5, 0.0, 0.5, 2.0])
 def test_odds_are_sharper_where_little_is_in_doubt():
     clear, doubtful = Doubt(100.0, 0.0, 0.0), Doubt(100.0, 4.0, 4.0)
     np.testing.assert_allclose(
-        calibrated(ODDS, clear, 20.0), [-np.inf, -3.0, -0.75, 0.0, 0.875, 3.5]
+        calibrated(ODDS, clear, 20.0), [-np.inf, -3.0, -0.75, 0.0, 0.875, 3.5], atol=1e-6
     )
     np.testing.assert_array_equal(calibrated(ODDS, doubtful, 20.0), ODDS)
     # Half of an expected share of errors of 0.03.
-    half = calibrated(ODDS, Doubt(98.5, 1.5, 1.5), 20.0)
-    np.testing.assert_allclose(half[1:], [-2.5, -0.625, 0.0, 0.6875, 2.75])
+    half = calibrated(ODDS, Doubt(98.5, 1.5, 1.5), 1e9)
+    np.testing.assert_allclose(half[1:], [-2.5, -0.625, 0.0, 0.6875, 2.75], atol=1e-6)
+    # What seems even is rather an impact, the more the more come: 10 a second.
+    half = calibrated(ODDS, Doubt(98.5, 1.5, 1.5), 9.85)
+    assert half[3] == pytest.approx(0.8 * (1 - 2**-16) * 0.7 / 4 * 10.0 / 13.5)
 
 
-@pytest.mark.parametrize(("seconds", "more"), [(8.0, 0.0), (5.0, 1.9652), (2.0, 2.0), (0.1, 2.0)])
-def test_odds_are_higher_where_doubtful_impacts_come_densely(seconds, more):
-    # 100 likely impacts: 5 ln(20 / 13.5) at 20 a second, 2 at most, by no less than a second.
+@pytest.mark.parametrize(("seconds", "more"), [(8.0, 0.0), (6.0, 1.6857), (2.0, 3.0), (0.1, 3.0)])
+def test_odds_are_higher_where_impacts_come_densely(seconds, more):
+    # 100 likely impacts: 8 ln(16.7 / 13.5) at 16.7 a second, 3 at most, by no less than a second.
     doubtful = Doubt(100.0, 10.0, 10.0)
     np.testing.assert_allclose(calibrated(ODDS, doubtful, seconds), ODDS + more, atol=1e-4)
+    # Not where nothing is in doubt.
     assert calibrated(ODDS, Doubt(100.0, 0.0, 0.0), seconds)[3] == 0.0
 
 

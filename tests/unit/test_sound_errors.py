@@ -8,7 +8,13 @@ import pytest
 import impactsig
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
-from impactsig.detect.sound._kernels import split_variance, variance_change
+from impactsig.detect.sound._kernels import (
+    DEPENDENT,
+    MOST_TOGETHER,
+    counting_as_one,
+    split_variance,
+    variance_change,
+)
 
 # Seeds that nothing was chosen on.
 
@@ -46,11 +52,26 @@ def test_variance_of_a_split_is_that_of_its_probability():
     assert split_variance(-np.ones(9), 0, 4, 1.0) == pytest.approx(4**2 / 3)
 
 
+def test_dependent_squares_count_as_fewer():
+    rng = np.random.default_rng(5)
+    for times in (1, 2, 4):
+        # The correlation of values repeated so often falls in a line: twice its sum is times - 1.
+        squares = np.repeat(rng.standard_normal(40_000 // times) ** 2, times)
+        squares[20_000:] *= 1.2
+        alike = counting_as_one(squares, 20_000, 0.0, 6)
+        assert alike == pytest.approx(DEPENDENT * times**MOST_TOGETHER, rel=0.03)
+        # A strong rise shows in a single one.
+        strong = counting_as_one(squares, 20_000, 20.0 * len(squares), 6)
+        assert strong == pytest.approx(DEPENDENT, rel=0.01)
+    assert counting_as_one(np.zeros(9), 4, 1.0, 3) == DEPENDENT
+
+
 def test_gains_are_those_of_every_split():
     squares = np.random.default_rng(3).standard_normal(40) ** 2
     squares[25:] *= 9.0
-    gains = np.empty(11)
-    split, gain = variance_change(squares, 23, 5, gains)
+    scratch = np.empty((3, 11))
+    split, gain = variance_change(squares, 23, 5, scratch)
+    gains = scratch[0]
     for i, found in enumerate(gains):
         before, after = squares[: 18 + i], squares[18 + i :]
         slow = 40 * np.log(squares.mean())

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from impactsig.detect.sound._gate_kernels import (
     CLOSED,
+    bridge,
     heard_shares,
     hold,
     hold_bands,
@@ -50,6 +52,32 @@ def test_steps_become_ramps_and_clicks_stay():
     np.testing.assert_allclose(x[17:23], [0.0, 0.4, 0.8, 1.2, 1.6, 2.0])
     np.testing.assert_allclose(x[24:30], [2.1 * k / 5 for k in (4, 3, 2, 1, 0, 0)])
     assert not x[30:-2].any()
+
+
+def test_a_short_silence_in_a_slow_wave_becomes_a_straight_line():
+    wave = 100.0 * np.cos(0.02 * np.arange(400))
+    x, out = wave.copy(), np.empty(400)
+    x[150:170] = x[200] = x[20:80] = 0.0  # 60 samples are silence, one is a click
+    assert bridge(x, 4, 40, 1.0, out) == 1
+    np.testing.assert_allclose(out[149:171], np.linspace(x[149], x[170], 22))
+    np.testing.assert_array_equal(np.delete(out, np.s_[150:170]), np.delete(x, np.s_[150:170]))
+
+
+@pytest.mark.parametrize("what", ["impact", "clipped", "faint", "ends"])
+def test_what_is_no_short_silence_stays(what):
+    x, step = 100.0 * np.cos(0.02 * np.arange(400)), 1.0
+    x[150:170] = 0.0
+    if what == "impact":  # digital silence, and a sound of high tones begins
+        x[170:] = 100.0 * np.sin(2.0 * np.arange(1, 231))
+    elif what == "clipped":
+        x[150:170] = x.max()
+    elif what == "faint":
+        step = 40.0
+    else:
+        x = x[152:168]
+    out = np.empty(len(x))
+    assert bridge(x, 4, 40, step, out) == 0
+    np.testing.assert_array_equal(out, x)
 
 
 def test_silent_frames_have_the_mean_power_of_the_whole_ones_before():

@@ -70,7 +70,7 @@ def test_clear_rises_are_held_against_the_median_of_parts():
     rng = np.random.default_rng(0)
     parts, bias, freedom = rng.exponential(2.0, (1, 40)), np.array([0.5]), np.array([7.0])
     sides, least = np.array([[np.full(1024, 50.0)], [np.full(1024, 1.0)]]), np.full((1, 8), 0.1)
-    clear = clear_ratio(freedom)
+    clear = clear_ratio(*freedom)
     assert 3.5 * (clear - 1.0 - np.log(clear)) == pytest.approx(3.0)
     out, low = np.zeros((2, 1024 // STEP)), np.zeros(1024 // STEP)
     octave_likelihood(*sides, parts, 4, bias, least, freedom, clear, out[0])

@@ -6,7 +6,7 @@ As `_run`, for any number of coordinates and without impacts, by the steps of
 
 from __future__ import annotations
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ...simulate.basis.delay import DISPLACEMENT, Control
 from ...simulate.basis.events import (
     DIVERGED,
@@ -31,7 +31,7 @@ COORDINATES = DISPLACEMENT  # the first of their courses
 HUGE = 1e6  # times what it was without control: on its way to infinity
 
 
-@inner
+@kernel
 def write(feedback, line, past, room, region, tab, s, count, h, y, size):
     """Store the polynomials of the last step in the delay line."""
     course = line.course[count[ROWS] - 1]

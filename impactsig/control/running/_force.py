@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
 from ...simulate.basis.tableau import DEGREE
 
@@ -27,7 +27,7 @@ def signal_of(feedback, x, v):
     return v if feedback.signal == VELOCITY else x
 
 
-@inner
+@kernel
 def feed(feedback, line, past, room, region, h, course):
     """Compute the delayed signal and the control force over the step.
 

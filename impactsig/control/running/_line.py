@@ -6,13 +6,13 @@ later again, so that no polynomial ever reaches across such a place.
 
 from __future__ import annotations
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ...simulate.basis.delay import course_at
 from ...simulate.basis.events import LENGTH, PHASE, TURN, TURNS
 from ...simulate.basis.tableau import DEGREE
 
 
-@inner
+@kernel
 def cut(c, share):
     """Restrict a polynomial in Bernstein form to the first share of its step."""
     for n in range(1, DEGREE + 1):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis.roots import first_root
 from ...simulate.basis.tableau import DEGREE
 from ...simulate.stepping.crossing import BY_Q, BY_V, STILL, VALUE, ZEROS, event_root
@@ -30,7 +30,7 @@ def lower_bound(c, zeros):
     return least
 
 
-@inner
+@kernel
 def root_of(c, stack, bernstein, zeros):
     """First root in (0, 1] of a polynomial, past `zeros` roots at 0; or `NONE`."""
     degree = ORDER - zeros
@@ -105,7 +105,7 @@ def bound(feedback, room, series, region, edge):
     return at, which, wrong
 
 
-@inner
+@kernel
 def _share_of_step(room, sign, level, zeros):
     """First root of the gap to a limit; -1 where it begins beyond that."""
     c = room.stack[0]

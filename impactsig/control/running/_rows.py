@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ...simulate.basis.delay import Past, read
 from ...simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
 from ._line import cut, scale, since
@@ -22,7 +22,7 @@ COUNTS = EDGE + 1
 REACHED = 1e-14  # of the phase: rounding
 
 
-@inner
+@kernel
 def recall(feedback, line, count, clock):
     """Locate the delayed signal, and the time for which it is smooth."""
     number = count[ROWS]
@@ -49,7 +49,7 @@ def recall(feedback, line, count, clock):
     return Past(j, last, count[FIRST], offset), smooth
 
 
-@inner
+@kernel
 def side_of_limit(feedback, line, past, count, own):
     """The limit that the force exceeds, and the limit that it is exactly at; 0 if none."""
     region, edge = 0, 0
@@ -64,7 +64,7 @@ def side_of_limit(feedback, line, past, count, own):
     return region, edge
 
 
-@inner
+@kernel
 def begin_row(line, count, clock, h):
     """Begin a row for a step of h; its polynomials are `line.course[count[ROWS] - 1]`."""
     j = count[ROWS]
@@ -78,7 +78,7 @@ def begin_row(line, count, clock, h):
     count[ROWS] = j + 1
 
 
-@inner
+@kernel
 def end_row(line, count, share):
     """Cut the row to its first share."""
     course = line.course[count[ROWS] - 1]
@@ -90,14 +90,14 @@ def end_row(line, count, share):
     line.when[count[ROWS] - 1, LENGTH] *= share
 
 
-@inner
+@kernel
 def cross_limit(line, laps, count, share, region, side):
     """End the row where the force reaches or leaves a limit."""
     end_row(line, count, share)
     mark_limit(laps, count, region, side)
 
 
-@inner
+@kernel
 def mark_limit(laps, count, region, side):
     """Record that the force is at a limit, so that the next row does not begin smoothly."""
     count[EDGE] = side
@@ -105,7 +105,7 @@ def mark_limit(laps, count, region, side):
     count[LAPS] = laps[1]
 
 
-@inner
+@kernel
 def turn_back(line, count, region, edge):
     """Discard the row: the force turned back at its limit, and stays on this side of it."""
     count[ROWS] -= 1

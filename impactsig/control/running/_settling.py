@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis.delay import Control
 from ...simulate.basis.events import Q
 from ...simulate.exact.passing import time_until
@@ -18,7 +18,7 @@ def under(f, feedback, line, past, region):
     return Functions(f.law, f.upper, f.lower, Control(feedback, line, past, region))
 
 
-@inner
+@kernel
 def settle(p, f, fb, line, laps, leg, s, clock, state, count, events, due, end_turns, end_phase):
     """Handle the event `due` that a step has ended at.
 

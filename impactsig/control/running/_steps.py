@@ -6,7 +6,7 @@ needs (`tab` and `room`, or `series`) is None, so that it is not compiled.
 
 from __future__ import annotations
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis.delay import DISPLACEMENT, VELOCITY
 from ...simulate.basis.events import LENGTH, SPEED, STEP
 from ...simulate.basis.tableau import DEGREE
@@ -17,7 +17,7 @@ from ._rows import ROWS, begin_row, cross_limit, end_row, mark_limit
 from ._series import delayed_series, expand, longest_step, write_series
 
 
-@inner
+@kernel
 def write(feedback, line, past, room, region, s, leg, count, h, y, v):
     """Store the polynomials of the last step; `s.q`, `s.v` hold its increments."""
     course = line.course[count[ROWS] - 1]
@@ -50,7 +50,7 @@ def rest_row(feedback, line, past, room, series, region, count, clock, h, x):
         _rest_step(feedback, line, past, room, region, count, clock, h, x)
 
 
-@inner
+@kernel
 def _rest_step(feedback, line, past, room, region, count, clock, h, x):
     begin_row(line, count, clock, h)
     course = line.course[count[ROWS] - 1]

@@ -126,7 +126,8 @@ class ControlledFlowMotion(Moved):
     def force(self, time: Any) -> np.ndarray:
         """Control term at any times of the span, shape of `time`.
 
-        To the rate of the coordinate that is fed back, or to the parameter that is moved.
+        It is added to the rate of the coordinate that is fed back, or to the parameter that is
+        moved.
 
         Raises
         ------

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import inner, kernel, njit
+from ..._compiled import kernel, njit
 from ..._impact_flags import OPEN_END, OPEN_START
 from ..pulses.edges import ERRORS
 from ..signal.order_kernels import median_of
@@ -98,7 +98,7 @@ def find_dropouts(x, zero, held, out):
     return kept
 
 
-@inner
+@kernel
 def _silent(x, runs, noise):
     """Value to which a noise-free sensor settles after ringing; NaN if none.
 
@@ -115,7 +115,7 @@ def _silent(x, runs, noise):
     return np.nan
 
 
-@inner
+@kernel
 def _usual_here(x, a, b):
     """Number of equal samples beside x[a:b] that chance explains; see RARE."""
     first, last = max(0, a - (b - a)), min(len(x), 2 * b - a)
@@ -139,7 +139,7 @@ def may_repeat(x):
     return equal > 0
 
 
-@inner
+@kernel
 def _equal_runs(x, out):
     """Find stretches of at least LEAST equal values; returns their number."""
     n, half, count, i = len(x), LEAST // 2, 0, 0
@@ -159,7 +159,7 @@ def _equal_runs(x, out):
     return count
 
 
-@inner
+@kernel
 def _live(x, runs):
     """Noise outside of the runs, 0 if not noisy, and the share of repeated samples.
 

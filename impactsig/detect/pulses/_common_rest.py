@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._model import (
     AMPLITUDE,
     BY_POWER,
@@ -62,15 +62,18 @@ DOUBT = 3.0 * USUAL
 """What noise hardly ever leaves."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
+MEAN_SLOPE = 0.6
+"""Points to either side that a slope is the mean over, at least. That of a foot between two samples
+would bind a steep pulse to the sample that happens to lie there."""
 
 
-@inner
+@kernel
 def is_clear(row):
     """Whether a pulse stands high enough above the noise to show its shape."""
     return row[2] >= CLEAR * row[FIT + NOISE]
 
 
-@inner
+@kernel
 def _place(u, parts):
     """Where a time u since the start lies in the stretches, as a real number; -1 for nowhere."""
     if u < parts.rise:
@@ -108,7 +111,7 @@ def make_room():
     )
 
 
-@inner
+@kernel
 def _samples(row, x, origin, room):
     """Put points and values of a pulse, as they were fitted, into `room`: how many, of how many."""
     kept = row[FIT:]
@@ -173,14 +176,14 @@ def common_rest(rows, clear, x, origin, room):
     return total, left, hidden
 
 
-@inner
+@kernel
 def _height_at(b, rest, power):
     """How high the family with its rest stands in a stretch, over the crest of the family alone."""
     short = max(EDGE - b - 0.5, b + 0.5 - EDGE - PER_TOP, 0.0) / PER_EDGE
     return math.cos(0.5 * math.pi * short) ** power - 1.0 + rest[b]
 
 
-@inner
+@kernel
 def _crest_near(b, rest, power):
     """The same by the parabola through five stretches, which neither cuts nor raises a crest."""
     beside = _height_at(b - 1, rest, power) + _height_at(b + 1, rest, power)
@@ -188,7 +191,7 @@ def _crest_near(b, rest, power):
     return (17.0 * _height_at(b, rest, power) + 12.0 * beside - 3.0 * beyond) / 35.0
 
 
-@inner
+@kernel
 def crest_of(rest, power):
     """How far the crest of the family with its rest stands above that of the family; its variance.
 
@@ -215,7 +218,7 @@ def crest_of(rest, power):
     return total / count, 17.0 / 35.0 * rough**2 / max(count / 6.0, 1.0)
 
 
-@inner
+@kernel
 def _rest_at(u, parts, rest):
     """The rest at a time u since the start, by a line between the middles of stretches."""
     place = _place(u, parts)
@@ -256,7 +259,7 @@ def linearize_anew(rows, alike, x, origin, rest, missed, room):
                 kept[SQUARE + m * WIDER + k] = normal[max(m, k), min(m, k)] / noise
 
 
-@inner
+@kernel
 def _linearize_missed(p, count, rest, room):
     """As `linearize`, of a pulse with a rest, whose slope is that between stretches.
 
@@ -273,7 +276,7 @@ def _linearize_missed(p, count, rest, room):
     for k in range(count):
         drawn = within.first <= k < within.last
         room.family[k] = curve[VALUE, k - within.first] if drawn else 0.0
-    apart = 0.5 * min(parts.rise, parts.fall) / PER_EDGE
+    apart = max(0.5 * min(parts.rise, parts.fall) / PER_EDGE, MEAN_SLOPE * per)
     u = points[0] - p[START]
     draw(p, parts, u - apart, per, count, early)
     draw(p, parts, u + apart, per, count, late)

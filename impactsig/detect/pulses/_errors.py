@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from .edges import Baseline, crossing, edge_group
 
@@ -48,7 +48,7 @@ class Touch(NamedTuple):
     contact_curve: float
 
 
-@inner
+@kernel
 def touches(x, start, end, level, seen):
     """Ends of a pulse extrapolated from `level`, with their errors."""
     first, bent = _touch_error(x, start, -1, seen.left_limit, level, seen)
@@ -56,7 +56,7 @@ def touches(x, start, end, level, seen):
     return Touch(start, end - start, first, math.hypot(first, last), bent, math.hypot(bent, curved))
 
 
-@inner
+@kernel
 def edge_errors(x, edges, seen):
     """Standard errors of a pulse measured from its edges and crest."""
     first = math.hypot(edges.start_noise, edges.start_curve)
@@ -64,7 +64,7 @@ def edge_errors(x, edges, seen):
     return with_crest(x, Errors(first, contact, 0.0, 0.0), seen)
 
 
-@inner
+@kernel
 def _touch_error(x, at, step, limit, level, seen):
     """Noise over slope, and half of the possible shift by curvature below the level."""
     foot = crossing(x, seen.top, step, limit, level)
@@ -81,7 +81,7 @@ def _touch_error(x, at, step, limit, level, seen):
     return math.hypot(noise, beside), 0.5 * abs(out - run)
 
 
-@inner
+@kernel
 def with_crest(x, errors, seen):
     """Add the error of a peak that is the greatest of the samples near it."""
     near = 1
@@ -92,7 +92,7 @@ def with_crest(x, errors, seen):
     return Errors(errors.start, errors.contact, peak, errors.impulse)
 
 
-@inner
+@kernel
 def with_impulse(x, start, end, errors, seen):
     """Add the error of the sum of the samples between start and end.
 
@@ -112,7 +112,7 @@ def with_impulse(x, start, end, errors, seen):
     return Errors(errors.start, errors.contact, errors.peak, impulse)
 
 
-@inner
+@kernel
 def with_level(x, level, share, errors, seen):
     """Add the error of the contact time between the crossings of `level`.
 
@@ -130,7 +130,7 @@ def with_level(x, level, share, errors, seen):
     return Errors(errors.start, contact, errors.peak, errors.impulse)
 
 
-@inner
+@kernel
 def _steepness(x, step, limit, level, seen):
     """Samples per unit of height of an edge, around a level."""
     wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
@@ -139,7 +139,7 @@ def _steepness(x, step, limit, level, seen):
     return abs(low - high) / (wide + min(wide, 0.5 * (x[seen.top] - level)))
 
 
-@inner
+@kernel
 def unless_flagged(x, errors, flags, start, end, seen):
     """Set errors to infinity for quantities that the record does not contain.
 
@@ -163,7 +163,7 @@ def unless_flagged(x, errors, flags, start, end, seen):
     return Errors(first, length, peak, impulse)
 
 
-@inner
+@kernel
 def _level_error(baseline, at):
     """Standard error of the baseline at a sample."""
     return math.hypot(baseline.level, baseline.slope * (at - baseline.centre))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from .edges import Baseline, remove_baseline, valley, walk
 
@@ -55,7 +55,7 @@ def summit(x, place, base, width, sigma):
     return top, crest
 
 
-@inner
+@kernel
 def stands_out(x, top, width, low):
     """Whether the samples on either side fall to `low`.
 
@@ -77,7 +77,7 @@ def stands_out(x, top, width, low):
     return True
 
 
-@inner
+@kernel
 def extent_of(x, top, place, base, height, width, sigma):
     """Extent of the pulse, at least its typical width, and its flags."""
     before, after, lo, hi = place.before, place.after, place.lo, place.hi
@@ -104,7 +104,7 @@ def extent_of(x, top, place, base, height, width, sigma):
     return Extent(left, right, left_limit, right_limit), flags
 
 
-@inner
+@kernel
 def level_out(x, top, extent, place, width, sigma, colour, height, room):
     """Subtract the baseline beside the pulse, clear of its neighbours."""
     left, right = extent.left, extent.right

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
 from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
@@ -76,7 +76,7 @@ def fit_pair(points, x, p):
     return descend(True, Seen(points, x, 0.0), p, room_to_fit(0))[0]
 
 
-@inner
+@kernel
 def _cost(pair, p, seen, curve, normal):
     """Misfit, cost and normal equations of a model."""
     if pair:
@@ -84,7 +84,7 @@ def _cost(pair, p, seen, curve, normal):
     return pulse_cost(p, seen.points, seen.x, seen.log_edge, curve, normal)
 
 
-@inner
+@kernel
 def descend(pair, seen, p, room):
     """Fit one pulse, or a `pair`: the misfit, and which place of the room has the result."""
     n, longest = len(p), LONGEST_STEP[1 if pair else 0]

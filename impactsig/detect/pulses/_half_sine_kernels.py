@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._small_matrices import factor, solve
 
 FOOT = 0.12  # of the height: what the feet of a pulse lie below
@@ -81,7 +81,7 @@ def is_half_sine(means, left, right, roughly, closely):
     return False
 
 
-@inner
+@kernel
 def _sums(means, start, length):
     """Sums over the points within a half-sine, by recurrence."""
     pace = math.pi / length
@@ -107,7 +107,7 @@ def _sums(means, start, length):
     return _Sums(ss, sc, su, cc, cu, uu, se, ce, ue)
 
 
-@inner
+@kernel
 def _normal_equations(sums, height, length, normal, right):
     """Normal equations of height, start and length of a half-sine."""
     by_start = -height * math.pi / length  # times the cosine

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._common_rest import crest_of, is_clear
 from ._model import POWER, POWERS, parts_of
 from ._touch import STRETCHES, add_edges, read_touch
@@ -26,12 +26,16 @@ BETWEEN, FEWEST = 0.6, 5.0
 better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
 1/n of its touch.
 """
-COARSE, UNSEEN = 0.25, 0.075
+COARSE, UNSEEN = 0.16, 0.05
 """Of a sample, over the samples of an edge: how far off its touch is for want of samples.
 
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
+OUTWARDS, SOFT = 1.4, 1.5
+"""Times that, how far outwards a touch is read in the mean over shapes of edges of a power of 1 and
+less. From a power of 1.5 on edges have hardly a slope there, and are off either way, by SOFT times
+as much."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -64,8 +68,8 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.sqrt(left)
-    start, start_variance = read_touch(edges[0], early, OFF_START * r / rise)
-    end, end_variance = read_touch(edges[1], late, OFF_END * r / fall)
+    start, start_variance, foot = read_touch(edges[0], early, OFF_START * r / rise)
+    end, end_variance, tail = read_touch(edges[1], late, OFF_END * r / fall)
     start, end = start * rise, -end * fall
     clear = 0
     for k in alike:
@@ -88,19 +92,16 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
-        _add_touches(
-            row,
-            math.hypot(first, COARSE / _samples_on(rise * length)),
-            math.hypot(last, COARSE / _samples_on(fall * length)),
-            COARSE / _samples_on(rise * length),
-            timed,
-        )
+        one, two = _samples_on(rise * length), _samples_on(fall * length)
+        steep = _steep(max(early, foot), one), _steep(max(late, tail), two)
+        begin, stop = _move_inwards(row, COARSE / one, COARSE / two, steep, timed)
+        _add_touches(row, math.hypot(first, begin), math.hypot(last, stop), begin, timed)
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
 
 
-@inner
+@kernel
 def allow_for_unseen(rows, alike, hidden, timed):
     """Increase the errors of pulses that the family follows by what samples do not show.
 
@@ -113,18 +114,41 @@ def allow_for_unseen(rows, alike, hidden, timed):
         flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
         few = UNSEEN + (COARSE - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
-        first = math.hypot(few / rise, OFF_START * r * length)
-        last = math.hypot(few / fall, OFF_END * r * length)
+        p = rows[k, FIT + NOW :]
+        early, late = math.exp(p[POWER] + p[POWERS]), math.exp(p[POWER] - p[POWERS])
+        steep = _steep(early, rise), _steep(late, fall)
+        begin, stop = _move_inwards(rows[k], few / rise, few / fall, steep, timed)
+        first = math.hypot(begin, OFF_START * r * length)
+        last = math.hypot(stop, OFF_END * r * length)
         _add_touches(rows[k], first, last, first, timed)
 
 
-@inner
+@kernel
 def _samples_on(edge):
     """Samples on an edge, one at least: a touch lies between two."""
     return max(edge, 1.0)
 
 
-@inner
+@kernel
+def _steep(power, samples):
+    """Whether an edge is one whose touch is read outwards, from 0 to 1: not of one sample."""
+    return min(max(3.0 - 2.0 * power, 0.0), 1.0) * min(samples - 1.0, 1.0)
+
+
+@kernel
+def _move_inwards(row, begin, stop, steep, timed):
+    """Move the touches by what they are off outwards in the mean; returns their errors [samples].
+
+    Of errors `begin` and `stop` of edges that are `steep`.
+    """
+    first, last = steep
+    row[0] += OUTWARDS * first * begin
+    if timed:
+        row[1] -= OUTWARDS * (first * begin + last * stop)
+    return begin * (SOFT + (1.0 - SOFT) * first), stop * (SOFT + (1.0 - SOFT) * last)
+
+
+@kernel
 def _add_touches(row, first, last, few, timed):
     """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
     row[ERRORS] = math.hypot(row[ERRORS], first)
@@ -133,7 +157,7 @@ def _add_touches(row, first, last, few, timed):
         row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)
 
 
-@inner
+@kernel
 def what_is_left(rows, alike):
     """Mean square of what the family leaves of the pulses, over their heights; 0 for nothing."""
     total = weight = 0.0
@@ -149,14 +173,14 @@ def what_is_left(rows, alike):
     return max(total / weight - 2.0 / math.sqrt(weight), 0.0)
 
 
-@inner
+@kernel
 def _length(row):
     """Fitted length of a pulse, whatever level its contact time refers to."""
     parts = parts_of(row[FIT + NOW :])
     return parts.rise + parts.flat + parts.fall
 
 
-@inner
+@kernel
 def _mean_edges(rows, alike):
     """Mean shares of rise and fall in the lengths of pulses, and the powers of both edges."""
     rise = fall = early = late = total = 0.0

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import allocating, kernel
 
 AMPLITUDE, START, SKEW, FLAT, POWER, LENGTH, POWERS = range(7)
 PARAMETERS = 6
@@ -81,21 +81,21 @@ def put_parameters(height, start, rise, flat, fall, p):
     p[FLAT], p[POWER], p[LENGTH] = math.log(flat) - middle, 0.0, middle
 
 
-@inner
+@kernel
 def parts_of(p):
     """Durations of the parts of a pulse."""
     middle, skew = math.exp(p[LENGTH]), math.exp(0.5 * p[SKEW])
     return Parts(middle * skew, middle * math.exp(p[FLAT]), middle / skew)
 
 
-@inner
+@kernel
 def pulse_cost(p, points, x, log_edge, curve, normal):
     """Misfit and cost with priors at `p`; writes the normal equations into `normal`."""
     misfit = linearize(p, points, x, curve, normal)
     return misfit, misfit + add_priors(p, log_edge, 1.0, normal)
 
 
-@inner
+@kernel
 def add_priors(p, log_edge, times, normal):
     """Add the priors to the normal equations at `p`; returns their cost."""
     skew, flatness = p[SKEW] / SKEW_SD, (p[FLAT] - FLAT_MEAN) / FLAT_SD
@@ -111,7 +111,7 @@ def add_priors(p, log_edge, times, normal):
     return skew * skew + flatness * flatness + power * power + length * length
 
 
-@inner
+@kernel
 def inside(p, parts, points):
     """The points that lie in the pulse of parameters `p`."""
     per, before = points[1] - points[0], p[START] - points[0]
@@ -123,7 +123,7 @@ def inside(p, parts, points):
     )
 
 
-@inner
+@kernel
 def linearize(p, points, x, curve, normal):
     """Misfit of the model at `p`; its `curve`, and into `normal` (7 x 8) J^T J and J^T e.
 
@@ -147,7 +147,7 @@ def linearize(p, points, x, curve, normal):
     return misfit
 
 
-@inner
+@kernel
 def put_products(p, parts, points, first, fall, last, curve, normal):
     """Put J^T J and J^T e of a curve that begins at point `first` into `normal`."""
     top = parts.rise + parts.flat
@@ -177,13 +177,13 @@ def put_products(p, parts, points, first, fall, last, curve, normal):
     n[4, 7], n[5, 7], n[6, 7] = r.pe + d.pe, r.te + d.te, r.pe - d.pe
 
 
-@inner
+@kernel
 def _reached(at, per, count):
     """Index of the first point at or beyond a place."""
     return int(min(max(math.ceil(at / per), 0.0), float(count)))
 
 
-@inner
+@kernel
 def draw(p, parts, u, per, count, curve):
     """Fill the curve at `count` points from u on, by loops without calls, which run in lanes.
 
@@ -234,7 +234,7 @@ def draw(p, parts, u, per, count, curve):
         )
 
 
-@inner
+@kernel
 def _sums(points, start, first, last, origin, curve):
     """Sums over the points of an edge; the curve begins at point `origin`."""
     ff = fs = ft = fp = ss = st = sp = tt = tp = pp = fe = se = te = pe = 0.0

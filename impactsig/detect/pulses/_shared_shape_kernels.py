@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel, njit
+from ..._compiled import allocating, kernel, njit
 from ._model import FLAT, SKEW, WIDER
 from ._small_matrices import factor, invert, solve
 from .fit_errors import ESTIMATE, SCORE, SQUARE
@@ -260,7 +260,7 @@ def _invert_all(a, room):
                 here[k] = -here[k]
 
 
-@inner
+@kernel
 def variance_along(direction, i, fits, shape, seen, moved):
     """Variances of a linear function of the parameters of pulse i: its own, and the mean shape's.
 

@@ -5,7 +5,7 @@ A = L D L' with ones in the diagonal of L: its place is taken by the reciprocals
 
 from __future__ import annotations
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 
 
 @kernel
@@ -41,7 +41,7 @@ def solve(factors, b):
             b[i] -= factors[k, i] * b[k]
 
 
-@inner
+@kernel
 def invert(factors, out):
     """Put the inverse of A into `out`."""
     n = len(factors)

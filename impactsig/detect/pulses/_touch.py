@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._common_rest import EXACT, is_clear
 from ._model import START, parts_of
 from ._small_matrices import factor, invert, solve
@@ -38,7 +38,7 @@ STEEPEST, LONGEST = 30.0, 0.3
 """Slope [heights an edge], which has no bound where q < 1, and step in one parameter."""
 
 
-@inner
+@kernel
 def add_edges(rows, alike, x, origin, rise, fall, edges):
     """Add the samples of clear pulses to the two mean `edges`, (2, STRETCHES, 3).
 
@@ -70,7 +70,7 @@ def add_edges(rows, alike, x, origin, rise, fall, edges):
                 edges[side, b, 2] += height * value * one
 
 
-@inner
+@kernel
 def _evaluate(p, about, v, y, w, normal):
     """Cost of the edge `p`; its normal equations go into `normal` (TERMS x TERMS + 1)."""
     for i in range(TERMS):
@@ -119,7 +119,7 @@ def _evaluate(p, about, v, y, w, normal):
     return misfit, cost
 
 
-@inner
+@kernel
 def _descend(p, seen, room):
     """Move the edge `p` to the least cost near by, in place; the misfit and the cost there."""
     about, v, y, w = seen
@@ -156,7 +156,7 @@ def _descend(p, seen, room):
 
 @allocating
 def read_touch(edge, power, spread):
-    """How far from 0 the touch of a mean edge lies, and the variance of that [edges].
+    """How far from 0 the touch of a mean edge lies, the variance of that [edges], and its power.
 
     Parameters
     ----------
@@ -185,6 +185,7 @@ def read_touch(edge, power, spread):
     here, there = np.empty((TERMS, TERMS + 1)), np.empty((TERMS, TERMS + 1))
     room = (np.empty(TERMS), np.empty(TERMS), low, here, there)
     p, touch, variance, least = np.empty(TERMS), 0.0, spread * spread, np.inf
+    foot = power
     # Where a stretch enters the edge the cost has a kink: the least of several valleys.
     for begin in BEGINS:
         for i in range(TERMS):
@@ -199,4 +200,5 @@ def read_touch(edge, power, spread):
             invert(low, inverse)
             free = max(count - 3, 1)
             touch, variance, least = p[0], inverse[0, 0] * max(misfit / free, 1.0), cost
-    return touch, variance
+            foot = math.exp(p[2])
+    return touch, variance, foot

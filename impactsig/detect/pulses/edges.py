@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inner, kernel, njit
+from ..._compiled import kernel, njit
 from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
@@ -52,7 +52,7 @@ def crossing(x, index, step, limit, level):
     return float(limit)
 
 
-@inner
+@kernel
 def edge_group(x, top, step, limit, level, noise):
     """Number of samples of an edge to average, and its slope [1 / sample], at a level.
 
@@ -64,7 +64,7 @@ def edge_group(x, top, step, limit, level, noise):
     return int(max(min(wanted, x[top] / (6.0 * slope)), 1.0)), slope
 
 
-@inner
+@kernel
 def outermost(x, index, step, limit, level, run):
     """Last sample outward from `index` before `run` successive samples below `level`."""
     below = 0
@@ -117,7 +117,7 @@ def touch(x, top, step, limit, level, noise):
     return max(touch, float(low)) if step < 0 else min(touch, float(low))
 
 
-@inner
+@kernel
 def crest_at(x, top, sigma):
     """Height and position of the crest at sample `top`, by a parabola.
 
@@ -130,7 +130,7 @@ def crest_at(x, top, sigma):
     return x[top] - 0.25 * difference * shift, shift
 
 
-@inner
+@kernel
 def valley(x, a, b):
     """Index of the least mean of three samples strictly between a and b."""
     best = a + 1
@@ -193,7 +193,7 @@ def remove_baseline(x, a, b, c, d, sigma, height, at_top, side):
     return Baseline(mean + slope * (at_top - centre), centre, error, slope_error, slope)
 
 
-@inner
+@kernel
 def integral(x, a, b):
     """Integral of x from a to b, in samples.
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._errors import Errors, Touch  # noqa: F401  (the type of an argument)
 from ._fit import Fit  # noqa: F401  (the type of an argument)
 from ._model import (
@@ -90,7 +90,7 @@ def room_for_errors():
     )
 
 
-@inner
+@kernel
 def fit_errors(points, log_edge, p, fit, per, unit, seen, keep, room):
     """Standard errors of start, contact and peak of a fit.
 
@@ -157,14 +157,14 @@ def fit_errors(points, log_edge, p, fit, per, unit, seen, keep, room):
     return Errors(errors[0], errors[1], errors[2] * unit, 0.0)
 
 
-@inner
+@kernel
 def put_contact(parts, along):
     """Write the derivatives of the contact time by the parameters into `along`."""
     along[SKEW], along[FLAT] = 0.5 * (parts.rise - parts.fall), parts.flat
     along[LENGTH] = parts.rise + parts.flat + parts.fall
 
 
-@inner
+@kernel
 def _product(a, b):
     total = 0.0
     for i in range(len(a)):
@@ -172,7 +172,7 @@ def _product(a, b):
     return total
 
 
-@inner
+@kernel
 def _factor_with(normal, factors):
     """Factor the normal equations with the priors of the fit."""
     for i in range(WIDER):
@@ -183,7 +183,7 @@ def _factor_with(normal, factors):
     factor(factors)
 
 
-@inner
+@kernel
 def _add_up(p, parts, points, centre, curve, bins, level, slope, j):
     """Add up derivatives J, residuals and points in stretches; J^T 1, and J^T (t - centre)."""
     end = parts.rise + parts.flat + parts.fall

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import inner
+from ..._compiled import kernel
 
 PAIR = 6  # A, t0, ln T of the first, then of the second
 ALIKE_SD = 0.25  # of the logarithm of the second length over the first
@@ -20,7 +20,7 @@ SHARES = np.array(
 )  # of both that one lasts: where a fit begins
 
 
-@inner
+@kernel
 def begin_pair(points, x, first, last, p):
     """Initial guess of a pair between first and last touch, into `p`."""
     best = np.inf
@@ -57,7 +57,7 @@ def begin_pair(points, x, first, last, p):
     return best < np.inf
 
 
-@inner
+@kernel
 def pair_cost(p, points, x, normal):
     """Misfit and cost with the prior at `p`; writes the normal equations into `normal`."""
     for i in range(PAIR):
@@ -112,7 +112,7 @@ def pair_cost(p, points, x, normal):
     return misfit, misfit + unlike * unlike
 
 
-@inner
+@kernel
 def _add(normal, at, f, start, log, e):
     """Add a point to the normal equations of the pulse whose first parameter is `at`."""
     normal[at, at] += f * f

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import allocating, kernel
 from ..._impact_flags import UNRESOLVED
 from ..signal.ladder import MATCH
 from ._fit import fit_pair
@@ -20,7 +20,7 @@ MISFIT, SHAPE = 2.0, 0.01  # residual variance over the noise's, or of the heigh
 PLACED = 0.3  # lengths that a fitted crest may be off the crest of the response
 
 
-@inner
+@kernel
 def _may_overlap(first, second):
     """Whether two events are close enough to be a pair."""
     apart = second[0] - first[0]

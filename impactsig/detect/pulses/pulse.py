@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._errors import (
     UNKNOWN,
     Errors,
@@ -75,13 +75,13 @@ class Room(NamedTuple):
     errors: ErrorRoom
 
 
-@inner
+@kernel
 def measure_reach(width):
     """Samples on either side of its peak that the measurement of a pulse uses."""
     return 12 * width + 16
 
 
-@inner
+@kernel
 def measure_pulse(
     signal,
     origin,
@@ -183,7 +183,7 @@ def measure_pulse(
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
-@inner
+@kernel
 def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     """Whether the family of shapes fits; start, contact, rise time and peak of the fit.
 

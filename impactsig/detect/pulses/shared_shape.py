@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ..signal.order_kernels import centre_of
 from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
 from ._misfit import allow_for_unseen, correct_misfit, what_is_left
@@ -173,7 +173,7 @@ def _clear(rows, alike):
     return clear[:count]
 
 
-@inner
+@kernel
 def _are_steep(rows, alike):
     """Whether pulses have a long flat top and hardly a sample on their edges."""
     edges = flat = 0.0
@@ -184,7 +184,7 @@ def _are_steep(rows, alike):
     return edges < STEEP * len(alike) and flat > LONG * edges
 
 
-@inner
+@kernel
 def _is_fitted(row):
     """Whether one pulse was fitted here, well or not, and is whole."""
     return row[5] == 0 and row[6] == 0 and row[FIT + MADE] == row[0]
@@ -202,7 +202,7 @@ def _share(rows, alike, timed, alone, about, told, before, rounds):
     return shape
 
 
-@inner
+@kernel
 def _measure(row, i, fits, shape, timed, alone, work):
     """Write instant, contact time and peak of pulse i, with errors, by the shared shape."""
     kept = row[FIT:]
@@ -253,14 +253,14 @@ def _measure(row, i, fits, shape, timed, alone, work):
         row[ERRORS + 2] = math.sqrt(peak + kept[BESIDE + 2]) * kept[UNIT]
 
 
-@inner
+@kernel
 def _is_as_long(length, kept):
     """Whether a length is near that of the response that found the pulse."""
     ratio = length / (2.0 * math.exp(kept[EDGE]))
     return 1.0 / AS_LONG < ratio < AS_LONG
 
 
-@inner
+@kernel
 def _begin_again(kept, shape, length, new):
     """Take a pulse for one of the mean shape, where it is and with its impulse.
 

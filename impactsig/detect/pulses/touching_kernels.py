@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ._fit import fit_pair, fit_pulse
 from ._half_sine_kernels import FOOT, is_half_sine
 from ._model import PARAMETERS, put_parameters
@@ -43,7 +43,7 @@ class Window(NamedTuple):
     right: float
 
 
-@inner
+@kernel
 def look_around(x, origin, centre, width, height, base, sigma, points, means):
     """Fill `points` and `means` with the surroundings of a crest, feet included.
 
@@ -87,7 +87,7 @@ def look_around(x, origin, centre, width, height, base, sigma, points, means):
     return Window(count, per, start, unit, base + level, float(left - first), float(right - first))
 
 
-@inner
+@kernel
 def _foot(means, k, step, limit, stop, gap):
     """From point k outward to the first of `gap` points that lie below `stop`."""
     low = 0
@@ -97,7 +97,7 @@ def _foot(means, k, step, limit, stop, gap):
     return k - step * low
 
 
-@inner
+@kernel
 def _pad(means, k, step, limit, pad, stop):
     """Up to `pad` points further, as far as they do not rise above `stop`."""
     for _ in range(pad):
@@ -153,7 +153,7 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     return TWO
 
 
-@inner
+@kernel
 def plausible(p):
     """Whether both are separate pulses, and neither is a ripple on the other."""
     long, short = math.exp(max(p[2], p[5])), math.exp(min(p[2], p[5]))
@@ -162,7 +162,7 @@ def plausible(p):
     return weak > WEAK * high and long < UNLIKE * short and apart > APART * math.exp(p[2])
 
 
-@inner
+@kernel
 def to_samples(p, seen):
     """Convert a pair's parameters in place, from points and units of the noise."""
     for m in range(0, PAIR, 3):
@@ -182,7 +182,7 @@ def _left_by_one(points, means, seen, from_feet):
     return len(means) * fit_pulse(points, means, math.log(half), p).misfit
 
 
-@inner
+@kernel
 def _begin_one(means, p):
     """Initial guess for one pulse: its crossings of 0.2 and 0.8 of the height."""
     top = 0

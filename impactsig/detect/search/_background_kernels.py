@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel, njit
+from ..._compiled import allocating, kernel, njit
 from ..._spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, select
 
@@ -196,7 +196,7 @@ def _outlying_blocks(mask, block, sums, counts):
             sums[k], counts[k] = 0.0, 0
 
 
-@inner
+@kernel
 def _stands_alone(x, i, sigma):
     """Whether sample i deviates from its neighbours far more than they do from theirs."""
     if i < 2 or i > len(x) - 3:
@@ -206,7 +206,7 @@ def _stands_alone(x, i, sigma):
     return off > 8.0 * sigma and off > ALONE * around
 
 
-@inner
+@kernel
 def _baseline(medians, chunk, i):
     """Baseline at sample i: interpolated between the medians of the chunks beside it."""
     place = (i + 0.5) / chunk + 0.5

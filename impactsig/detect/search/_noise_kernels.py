@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ..._spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, middle, select
 from ._background_kernels import next_marked
@@ -54,7 +54,7 @@ def _cut_out(x, mask, runs, kept):
     return count
 
 
-@inner
+@kernel
 def _put_back(x, runs, kept):
     """Undo `_cut_out`."""
     room = 0
@@ -64,7 +64,7 @@ def _put_back(x, runs, kept):
             room += 1
 
 
-@inner
+@kernel
 def _beside(x, mask, first, step, wanted):
     """Mean of up to `wanted` background samples from `first` on."""
     total, count, i = 0.0, 0, first

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import allocating, kernel
 from ..signal.ladder import FACTOR, Ladder
 
 GATE = 0.35
@@ -35,7 +35,7 @@ class Stretch(NamedTuple):
     noise: np.ndarray  # standard deviation of that of the responses, on each rung
 
 
-@inner
+@kernel
 def block_means(x, out):
     """Means of each FACTOR values of x, as many as `out` holds."""
     for k in range(len(out)):
@@ -45,7 +45,7 @@ def block_means(x, out):
         out[k] = total / FACTOR
 
 
-@inner
+@kernel
 def running_sums(x, first, count, sums):
     """sums[k] = sum of the first k of `count` values from x[first], less x[first] each.
 
@@ -108,13 +108,13 @@ def parts(sums, lo, total, i, unit, near, far):
     return centre, left, right
 
 
-@inner
+@kernel
 def gated(centre, left, right, gain):
     """The response, limited by the rise above the higher flank; not positive on a ramp."""
     return gain * min(centre - 0.5 * (left + right), (centre - max(left, right)) / GATE)
 
 
-@inner
+@kernel
 def parts_inside(sums, k, unit, near, far, per_unit, per_side):
     """As `parts`, where both flanks lie within the series.
 
@@ -127,7 +127,7 @@ def parts_inside(sums, k, unit, near, far, per_unit, per_side):
     return centre, left, right
 
 
-@inner
+@kernel
 def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
     """Responses of values [start, stop), without the limit."""
     reach = far + unit
@@ -142,7 +142,7 @@ def _respond(sums, lo, total, start, stop, unit, near, far, gain, y):
         y[i - start] = gain * (centre - 0.5 * (left + right))
 
 
-@inner
+@kernel
 def _respond_inside(sums, k, unit, near, far, gain, y):
     """The same where all flanks lie within the series."""
     before = (unit - 1) // 2
@@ -157,7 +157,7 @@ def _respond_inside(sums, k, unit, near, far, gain, y):
         y[i] = (c1[i] - c0[i]) * per_unit - ((l1[i] - l0[i]) + (r1[i] - r0[i])) * per_side
 
 
-@inner
+@kernel
 def _next_above(y, i, stop, least):
     """Index of the first value from i on that is at least `least`; `stop` if none."""
     # Values are counted, because the compiler runs that in lanes; by numbers without a sign,
@@ -287,7 +287,7 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
     return found
 
 
-@inner
+@kernel
 def _note(at, first, last, unit, block, rung, response, out, found):
     """Append a crest to `out` if it lies in [first, last) and there is room."""
     if first <= at < last and found < len(out):
@@ -298,7 +298,7 @@ def _note(at, first, last, unit, block, rung, response, out, found):
     return found
 
 
-@inner
+@kernel
 def noise_at(width, widths, noise):
     """Noise of the response of a width, interpolated between the tabulated widths."""
     if width <= widths[0]:

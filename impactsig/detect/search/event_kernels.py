@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner, kernel
+from ..._compiled import allocating, kernel
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import put_in_order, select
 from ._response_kernels import CREST, parts, running_sums
@@ -26,7 +26,7 @@ NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wid
 LINKS = 3  # crests in a row, each of which explains part of the next
 
 
-@inner
+@kernel
 def _sine_within(x):
     """Sine of x, or of the right angle that is nearer where x is beyond; its series, to 1e-9."""
     x = min(max(x, -0.5 * math.pi), 0.5 * math.pi)
@@ -186,7 +186,7 @@ def _among(x, origin, total, event):
     return event[2] / local
 
 
-@inner
+@kernel
 def _place_among(values, count, value):
     """Number of the first `count` ascending values that are less, found without branches."""
     low = 0

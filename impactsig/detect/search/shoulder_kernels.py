@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import value_at
@@ -76,7 +76,7 @@ def tails(x, origin, noise, rows, events, out):
             before = k
 
 
-@inner
+@kernel
 def _turns(x, first, crest_by, last, stride, least):
     """Whether the fall after a crest slows down and speeds up again, each by `least`."""
     if last - first < 2 * stride + 1:

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ..pulses.edges import NO_PULSE
 from ..signal.order_kernels import median_of
 
@@ -126,7 +126,7 @@ def bursts(x, origin, sigma, rows, swung, out):
     )
 
 
-@inner
+@kernel
 def _bursts(x, origin, sigma, rows, swung, close, values, out):
     """The same for crests closer than a multiple of their mean contact."""
     found = False
@@ -152,7 +152,7 @@ def _bursts(x, origin, sigma, rows, swung, close, values, out):
     return found
 
 
-@inner
+@kernel
 def _lies_either_way(x, first, last, width, sigma, deep, values):
     """Whether samples [first, last) move far more than those beside, equally up and down.
 
@@ -186,7 +186,7 @@ def _lies_either_way(x, first, last, width, sigma, deep, values):
     return below > BELOW * above and deepest > deep
 
 
-@inner
+@kernel
 def _moves(x, first, last, width):
     """Mean square difference of successive means of `width` samples."""
     total, count = 0.0, 0
@@ -196,7 +196,7 @@ def _moves(x, first, last, width):
     return total / max(count, 1)
 
 
-@inner
+@kernel
 def _mean(x, first, width):
     total = 0.0
     for i in range(first, first + width):
@@ -204,7 +204,7 @@ def _mean(x, first, width):
     return total / width
 
 
-@inner
+@kernel
 def _is_burst(x, origin, sigma, rows, swung, count, values, out):
     """Whether `count` successive pulses form a burst; if so, marks what it explains."""
     seen = below = rising = climbing = 0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ..signal.ladder import HALF_SINE_GAIN
 from ..signal.order_kernels import value_at
 from ._response_kernels import gated, noise_at, parts, parts_inside, running_sums
@@ -18,7 +18,7 @@ RESPONSE = 1.03  # noise of the response to one sample over that of a sample
 ROOM = 0.2  # of the way to a neighbour: how far a crest may move
 
 
-@inner
+@kernel
 def put(event, rows, k):
     """Make the event row k; a row given as an array takes numba six seconds to compile."""
     for i in range(EVENT):
@@ -40,7 +40,7 @@ def noise_of(here):
     return Noise(here.rungs.width.astype(np.float64), here.noise, known)
 
 
-@inner
+@kernel
 def sigma_at(width, noise):
     """Noise of the response to a whole number of samples."""
     if width >= len(noise.known):
@@ -51,19 +51,19 @@ def sigma_at(width, noise):
     return sigma
 
 
-@inner
+@kernel
 def _margin(widest):
     """Samples from the crest to the outer end of a flank."""
     return int(6.2 * widest) + 16
 
 
-@inner
+@kernel
 def room_for(widest):
     """Sums that `best_width` needs room for."""
     return 2 * _margin(widest) + 2
 
 
-@inner
+@kernel
 def best_width(x, origin, total, centre, narrowest, widest, noise, sums, event, room=np.inf):
     """Find the best width in a range near a centre, in quarter octaves.
 

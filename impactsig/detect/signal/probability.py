@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import inner, kernel, njit
+from ..._compiled import kernel, njit
 
 LOWEST = 3.2
 """Height from which on crests are looked for, in standard deviations of their noise."""
@@ -129,7 +129,7 @@ def probabilities(
         out[k] /= out[k] + LEFT * (1.0 - out[k])
 
 
-@inner
+@kernel
 def _spread(kernel: np.ndarray, counts: np.ndarray, out: np.ndarray) -> None:
     """Kernel density estimate of counts per bin."""
     out[:] = 0.0

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..._compiled import allocating, njit
+from ._lane_kernels import logarithms
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
 ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
+_NONE, _TOGETHER = np.uint64(0), np.uint64(32)  # frames that are asked about at once
 FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
 
 
@@ -28,9 +30,11 @@ def band_rise(earlier, power, background, freedom, per, out):
     """
     bands, count = power.shape
     frames = np.uint64(count)  # unsigned: what may count from the end is no loop of vector lanes
-    total, greatest = out
+    # The same rows; of an unknown stride, so that the loop with logarithms stays scalar, for few.
+    _, greatest = out
+    total, greatest_before = out[0], out[1]
     out[:] = 0.0
-    ratio, bound = np.empty(count), np.empty(count)
+    bases, bound = np.empty(count), np.empty(count)
     level, rise = np.empty(background.shape[1] * per), np.ones(count)
     before = np.empty((3, count))  # powers then, of three bands
     put_before(earlier[0], power[0], before[0])
@@ -46,27 +50,35 @@ def band_rise(earlier, power, background, freedom, per, out):
             for k in range(per):
                 level[at + k] = noise
             at += per
-        # What needs no logarithm runs in vector lanes: ln x >= 2 (x - 1) / (x + 1).
+        # What may exceed the greatest so far is found in vector lanes: ln x >= 2 (x - 1) / (x + 1).
         for i in range(frames):
             noise, past = level[i], then[i]
             half_past = 0.5 * past
             base = half_past if half_past > noise else noise
-            x = now[i] / base if now[i] > base else 1.0
-            ratio[i] = x
-            bound[i] = half * (x - 1.0) * (x - 1.0)
+            top = now[i] if now[i] > base else base
+            more = top - base
+            bases[i] = base
+            bound[i] = half * more * more
+            bound[i] -= ALMOST * greatest_before[i] * (top + base) * base
             noise *= TIMES_BACKGROUND
             past = past if past > noise else noise
             past = past if past > lower[i] else lower[i]
             past = past if past > upper[i] else upper[i]
             risen = now[i] / past
             rise[i] *= risen if risen > 1.0 and past > 0.0 else 1.0
-        for i in range(frames):
-            if bound[i] > ALMOST * greatest[i] * (ratio[i] + 1.0):
-                greatest[i] = max(greatest[i], half * (ratio[i] - 1.0 - np.log(ratio[i])))
+        for begin in range(_NONE, frames, _TOGETHER):
+            end, some = min(begin + _TOGETHER, frames), 0
+            for i in range(begin, end):
+                some += bound[i] > 0.0
+            if some:
+                for i in range(begin, end):
+                    if bound[i] > 0.0:
+                        x = now[i] / bases[i]
+                        greatest[i] = max(greatest[i], half * (x - 1.0 - np.log(x)))
         if (b + 1) % FACTORS == 0 or b == bands - 1:
+            logarithms(rise)
             for i in range(frames):
-                if rise[i] > 1.0:
-                    total[i] += np.log(rise[i])
+                total[i] += rise[i]
             rise[:] = 1.0
     total /= bands
 

@@ -44,8 +44,9 @@ Crests that come densely and are about as high have odds of their own (`_dense.p
 
 Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
 crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
-of where it should, if there is one. Last, rises in one octave turn all odds and add what only they
-tell of (`_rise_odds.py`).
+of where it should, if there is one. Then rises in one octave turn all odds and add what only they
+tell of (`_rise_odds.py`). Last, unlikely crests on which B, G and a rise in one octave agree are
+raised (`_agreement.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
@@ -58,6 +59,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._agreement import agreed_odds, unexplained
 from ._dense import dense_odds
 from ._kernels import BLOCK, GROUP, Scale, greatest_between
 from ._nearby import (
@@ -66,24 +68,28 @@ from ._nearby import (
     greatest_within,
     heard_share,
     local_mean,
+    nearest_group,
     ranked,
     rate_of_others,
     separate_crests,
 )
+from ._rise_kernels import STEP
 from ._rise_odds import ALONE as RISES_ALONE
 from ._rise_odds import (
     BESIDE_SILENCE,
     RATTLE_SLOPE,
     Own,
     by_octave,
+    greatest_beside,
     high_crests,
     one_of_each,
     settled,
 )
 from ._rise_odds import SPREAD as RISE_SPREAD
+from ._rise_odds import WITHIN as RISE_WITHIN
 from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
-from ._tones import BEFORE, GROWS_ON, SPREAD, tone_odds
+from ._tones import BEFORE, GROWS_ON, SPREAD, SWELLING, tone_odds
 from ._voices import pulse_odds
 
 APART = 25e-3  # [s], crests of B
@@ -142,6 +148,7 @@ class Crests(NamedTuple):
     likelihood: np.ndarray  # the greatest G nearby
     greatest: np.ndarray  # bool: none within ALONE exceeds it
     clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
+    order: np.ndarray  # sorts the heights
 
 
 def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
@@ -185,7 +192,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_bands = np.concatenate((by_bands, b[crest[alone]] / LEAST_BANDS))
     evident = (by_octaves >= 1.0) & (by_octaves < 2.0)
     often = rate_of_others(evident, len(b) * GROUP * seconds)
-    grows = growth_near(passage, b, frame / GROUP) > GROWS_ON
+    grows = growth_near(passage, b, frame) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
     odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
     dense, crowd = dense_odds(place, height, crests.clear, audible, seconds)
@@ -203,7 +210,31 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
-    return with_rises(found, crests, passage, b, audible, seconds)
+    found = with_rises(found, crests, passage, b, audible, seconds)
+    return with_agreement(found, passage, b, seconds)
+
+
+def with_agreement(
+    found: Candidates, passage: Passage, b: np.ndarray, seconds: float
+) -> Candidates:
+    """Raise the log-odds of candidates that B, G and H agree on."""
+    which = unexplained(found.frame, found.odds, seconds)
+    place = found.frame[which]
+    at = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
+    counts = np.concatenate(passage.known)[at] & (growth_near(passage, b, place / GROUP) < GROWS_ON)
+    counts &= greatest_within(b, 2)[at] > 0.0
+    which, place, at = which[counts], place[counts], at[counts]
+    if not len(which):
+        return found
+    per = GROUP * seconds
+    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))[at]
+    g = greatest_within(np.concatenate(passage.likelihood), 2)[at]
+    h = greatest_beside(
+        np.concatenate(passage.rises), place // STEP, round(RISE_WITHIN / (STEP * seconds))
+    )
+    odds = found.odds.copy()
+    odds[which] = np.maximum(odds[which], agreed_odds(greatest_within(b, 2)[at], around, g, h))
+    return found._replace(odds=odds)
 
 
 def with_tones(
@@ -221,7 +252,8 @@ def with_tones(
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
-    growth = growth_near(passage, b, crest)
+    crest = crest[g[crest] > SWELLING]
+    growth = growth_near(passage, b, GROUP * crest)
     crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(RATTLE_WITHIN / per))
     frame, odds = found.frame, found.odds.copy()
     middle = GROUP * crest
@@ -231,6 +263,8 @@ def with_tones(
     beside = np.full(len(crest), -np.inf)
     beside[best >= 0] = odds[best[best >= 0]]
     heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    if not len(heard):
+        return found
     near = middle[heard] - BEFORE / seconds
     first_near, last_near = np.searchsorted(
         crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
@@ -258,10 +292,11 @@ def with_rises(
     known = np.concatenate(passage.known)
     if silent.any():
         known &= ~greatest_within(silent, BESIDE_SILENCE)
-    beside = np.clip(np.round(found.frame / GROUP).astype(int), 0, len(b) - 1)
+    beside = nearest_group(found.frame, len(b))
     bands, crest = greatest_within(b, 2), high_crests(h, seconds)
     vague = bands[beside] >= LEAST_BANDS
-    vague[vague] = ~np.isin(found.frame[vague], crests.place[crests.height > audible])
+    loud = np.append(crests.place[crests.height > audible], -1)
+    vague[vague] = loud[np.searchsorted(loud[:-1], found.frame[vague])] != found.frame[vague]
     frame, moved, kept = settled(found.frame, found.odds, vague, h, crest, known, seconds)
     if moved.any():
         spread = np.where(moved, RISE_SPREAD, found.spread)
@@ -326,18 +361,19 @@ def likeliest_onset(
 
 
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """How bands go on to rise [neper] where `b` is greatest within two frames of each."""
-    within = np.lib.stride_tricks.sliding_window_view(np.pad(b, 2), 5)
-    place = np.clip(np.round(at).astype(int), 0, len(b) - 1)
-    strongest = place - 2 + np.argmax(within[place], axis=1)
-    return np.concatenate(passage.growth)[np.clip(strongest, 0, len(b) - 1)]
+    """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
+    padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
+    place = nearest_group(at, len(b))
+    strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
+    strongest = np.minimum(np.maximum(strongest, 0), len(b) - 1)
+    return np.concatenate(passage.growth)[strongest]
 
 
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     """Crests of C, with the evidence of the rise `b` in narrow bands."""
     per = GROUP * seconds
     place, height = np.concatenate(passage.place), np.concatenate(passage.height)
-    beside = np.clip(np.round(place / GROUP).astype(int), 0, len(b) - 1)
+    beside = nearest_group(place, len(b))
     known = np.concatenate(passage.known)[beside]
     around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
     needed = np.maximum(BORNE_OUT, around[beside])
@@ -347,12 +383,13 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     greatest = height >= greatest_near(place, height, ALONE / seconds)
     borne_out = np.where(known, bands / needed, np.inf)
     clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
-    return Crests(place, height, bands, borne_out, likelihood, greatest, clear)
+    order = np.argsort(height)
+    return Crests(place, height, bands, borne_out, likelihood, greatest, clear, order)
 
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests."""
-    place, height, _, borne_out, likelihood, greatest, clear = crests
+    place, height, _, borne_out, likelihood, greatest, clear, order = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
     evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
@@ -364,7 +401,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
     share = heard_share(silent, place[near], RATTLE_WITHIN, seconds)
-    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share)
+    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share, order)
     crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
@@ -399,7 +436,7 @@ def odds_among(
     crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
 ) -> np.ndarray:
     """Log-odds of crests among all others around them; -inf if far below 0."""
-    place, height, bands, borne_out, likelihood, greatest, clear = crests
+    place, height, bands, borne_out, likelihood, greatest, clear, order = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):
         needed = np.maximum(
@@ -420,6 +457,6 @@ def odds_among(
     asked = possible > HOPELESS
     for within in (RATTLE_WITHIN, SHORTLY):
         share = heard_share(silent, place[asked], within, seconds)
-        reached = crowd(place, height, asked, within, seconds, share) / audible
+        reached = crowd(place, height, asked, within, seconds, share, order) / audible
         odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
     return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)

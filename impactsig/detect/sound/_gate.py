@@ -12,10 +12,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._bands import Bands
-from ._gate_kernels import heard_shares, hold, hold_bands, silent_frames, silent_samples, soften
+from ._gate_kernels import (
+    CLOSED,
+    bridge,
+    heard_shares,
+    hold,
+    hold_bands,
+    silent_frames,
+    silent_samples,
+    soften,
+)
 from ._kernels import GROUP, Scale, octave_powers
 
 RAMP = 4e-3  # [s]
+SHORTEST = 4  # samples of a silence that is bridged
 
 
 @dataclass
@@ -35,6 +45,17 @@ class Gate:
         self.octaves_held = np.zeros(self.scale.octaves)
         self.bands_held = np.zeros(len(self.bands.first))
         self.share, self.silent = 1.0, None
+
+    def bridged(self, x: np.ndarray, power: np.ndarray, step: float) -> np.ndarray | None:
+        """Samples without silences too short to be held, None if there are none.
+
+        `power` is that of the octaves of x, and `step` the least difference of samples in a row.
+        """
+        hop = self.scale.hop
+        if power[0].all() or not np.isfinite(step):
+            return None
+        out = np.empty(len(x))
+        return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
 
     def octaves(
         self, x: np.ndarray, power: np.ndarray, real: tuple[int, int], core: int

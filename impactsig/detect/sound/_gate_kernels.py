@@ -6,6 +6,7 @@ from ..._compiled import njit
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
+BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
 
 
@@ -73,6 +74,47 @@ def soften(x, silent, length):
                     x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
         while i < len(x) and not silent[i]:
             i += 1
+
+
+@njit(nogil=True)
+def bridge(x, shortest, longest, step, out):
+    """Copy x to `out`, with straight lines across short silences that cut a wave off.
+
+    These are from `shortest` to before `longest` equal samples. On both sides some of the next
+    BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
+    impact: where the first is as far off, the second is not as far from it. What equals the least
+    or the greatest sample is clipped, no silence. Returns their number.
+    """
+    out[:] = x
+    count, off, i = 0, STEPS * step, BESIDE
+    least, greatest = x.min(), x.max()
+    while i < len(x) - BESIDE:
+        begin = i
+        i += 1
+        while i < len(x) and x[i] == x[begin]:
+            i += 1
+        if i - begin < shortest or i - begin >= longest or len(x) - i < BESIDE:
+            continue
+        base, last = x[begin], x[i]
+        if base in (least, greatest):
+            continue
+        before = after = 0.0
+        for k in range(BESIDE):
+            before = max(before, abs(x[begin - 1 - k] - base))
+            after = max(after, abs(x[i + k] - base))
+        if before <= off or after <= off:
+            continue
+        jump = abs(x[begin - 1] - base)
+        if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
+            continue
+        jump = abs(last - base)
+        if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
+            continue
+        for k in range(begin, i):
+            share = (k - begin + 1.0) / (i - begin + 1.0)
+            out[k] = (1.0 - share) * x[begin - 1] + share * last
+        count += 1
+    return count
 
 
 @njit(nogil=True)

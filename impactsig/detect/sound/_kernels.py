@@ -15,11 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiled import allocating, njit
+from ._lane_kernels import logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
-ALIKE_SAMPLES = 1.2  # innovations over a lag of 1 that count as one, for what is not known
-MOST_TOGETHER, JUMP = 0.5, 3.0  # power of other lags, at most, and jump [neper] that halves it
+DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
+MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
@@ -299,7 +300,7 @@ def as_high_near(height, asked, first, last, share, out):
         out[k] = count - (own > level)
 
 
-@njit(nogil=True)
+@allocating
 def measure(x, places, valid, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and the sound around each.
 
@@ -313,7 +314,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
         variance of the attack and the samples from there until the sound is clear
     sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
     """
-    gains = np.empty(2 * scale.reach + 1)
+    gains = np.empty((2, 3, 2 * scale.reach + 1))
     for found in range(len(places)):
         split, out[found, 3] = attack(x, places[found], valid, scale, gains)
         out[found, 0] = split - 0.5
@@ -327,43 +328,60 @@ def measure(x, places, valid, limits, scale, out, sounds):
             innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
 
 
-@njit(nogil=True)
+@allocating
 def attack(x, at, valid, scale, gains):
     """First sample after the greatest change of variance near `at`, with its variance.
 
     Of the innovations over the short and the long lag, those whose change is the more likely
     count: room noise is weakest in the former, white noise in the latter. `at` itself where the
-    variance rises in neither. `gains` is scratch of 2 reach + 1.
+    variance rises in neither. `gains` is scratch of (2, 3, 2 reach + 1).
 
     The variance is that of the probability of all splits within reach, and of the place between
     two samples.
     """
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
-    squares = np.empty(max(last - first, 0))
-    innovations(x, first, scale.long_lag, scale.slope, squares)
-    square(squares)
-    long_split, long_gain = variance_change(squares, at - first, scale.reach, gains)
-    together = counting_as_one(long_gain, len(squares), scale.short_lag)
-    long_spread = split_variance(gains, at - first - scale.reach, long_split, 2.0 * together)
-    innovations(x, first, scale.short_lag, scale.slope, squares)
-    square(squares)
-    split, gain = variance_change(squares, at - first, scale.reach, gains)
-    if gain >= long_gain:
-        together = counting_as_one(gain, len(squares), scale.short_lag)
-        return first + split, split_variance(gains, at - first - scale.reach, split, 2.0 * together)
-    return first + long_split, long_spread
+    squares = np.empty((2, max(last - first, 0)))
+    best, split, gain = 0, at - first, -1.0
+    for k in range(2):
+        lag = scale.short_lag if k == 0 else scale.long_lag
+        innovations(x, first, lag, scale.slope, squares[k])
+        square(squares[k])
+        place, gained = variance_change(squares[k], at - first, scale.reach, gains[k])
+        if k == 0 or gained > gain:
+            best, split, gain = k, place, gained
+    together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
+    earliest = at - first - scale.reach
+    return first + split, split_variance(gains[best, 0], earliest, split, 2.0 * together)
 
 
 @njit(nogil=True)
-def counting_as_one(gain, count, lag):
-    """Number of dependent innovations that count as one.
+def counting_as_one(squares, split, gain, lags):
+    """Number of dependent squares that count as one where their mean changes by `gain`.
 
-    A weak rise shows in the mean of many, of which about as many count as one as the lag has
-    samples; a strong one in a single innovation.
+    A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
+    correlation at each lag before and after the split. A strong one shows in a single square.
     """
-    jump = 2.0 * max(gain, 0.0) / count  # logarithm of the variance after over that before, nearly
-    return ALIKE_SAMPLES * lag ** min(MOST_TOGETHER, JUMP / (JUMP + jump))
+    away = np.empty(len(squares))
+    for first, last in ((0, split), (split, len(squares))):
+        mean = 0.0
+        for i in range(first, last):
+            mean += squares[i] / (last - first)
+        for i in range(first, last):
+            away[i] = squares[i] / mean - 1.0 if mean > 0.0 else 0.0
+    alone, together = 0.0, 1.0
+    for i in range(len(away)):
+        alone += away[i] * away[i]
+    if not alone > 0.0:
+        return DEPENDENT
+    for lag in range(1, lags + 1):
+        total = 0.0
+        for first, last in ((0, split), (split, len(squares))):
+            for i in range(first, last - lag):
+                total += away[i] * away[i + lag]
+        together += 2.0 * max(total / alone, 0.0)
+    jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
+    return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
 
 
 @njit(nogil=True)
@@ -413,10 +431,10 @@ def innovations(x, first, lag, slope, out):
 
     y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
     """
-    share = lag / slope
-    for k in range(len(out)):
-        i = first + k
-        out[k] = x[i] - (1.0 + share) * x[i - lag] + share * x[i - lag - slope]
+    share, count = lag / slope, np.uint64(len(out))
+    now, then, before = np.uint64(first), np.uint64(first - lag), np.uint64(first - lag - slope)
+    for k in range(count):
+        out[k] = x[now + k] - (1.0 + share) * x[then + k] + share * x[before + k]
 
 
 @njit(nogil=True)
@@ -426,35 +444,49 @@ def square(values):
         values[k] *= values[k]
 
 
-@njit(nogil=True)
+@allocating
 def variance_change(squares, at, reach, gains):
     """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
 
     That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
     how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
-    every split at - reach + i is left in gains[i], -1 where the mean does not rise.
+    every split at - reach + i is left in gains[0, i], -1 where the mean does not rise; the other
+    two rows are scratch.
     """
-    count = len(squares)
-    gains[:] = -1.0
-    total = 0.0
+    count, total = len(squares), 0.0
+    gains[0] = -1.0
     for k in range(count):
         total += squares[k]
+    mean, least = total / count, 1e-12 * total / count
     split, gain = at, -1.0
-    if total == 0.0:
+    begin, end = max(at - reach, 1), min(count, at + reach + 1)
+    if begin >= end or not mean > 0.0:
         return split, gain
-    whole, least = count * np.log(total / count), 1e-12 * total / count
+    low, high = begin - at + reach, end - at + reach
+    of, before, after = gains[0][low:high], gains[1][low:high], gains[2][low:high]
+    near = np.uint64(len(of))
     head = 0.0
-    for k in range(1, min(count, at + reach + 1)):
+    for k in range(begin - 1):
+        head += squares[k]
+    for k in range(begin, end):
         head += squares[k - 1]
-        if k < at - reach:
-            continue
-        before = max(head / k, least)
-        after = max((total - head) / (count - k), least)
-        if after > before:
-            gained = whole - k * np.log(before) - (count - k) * np.log(after)
-            gains[k - at + reach] = max(gained, 0.0)
+        before[k - begin] = head
+    for i in range(near):  # in vector lanes, as what follows
+        k = np.float64(begin) + np.float64(i)
+        earlier, later = before[i] / k, (total - before[i]) / (count - k)
+        earlier = earlier if earlier > least else least
+        later = later if later > least else least
+        of[i] = 0.0 if later > earlier else -1.0
+        before[i], after[i] = earlier / mean, later / mean
+    logarithms(before)
+    logarithms(after)
+    for i in range(near):
+        k = np.float64(begin) + np.float64(i)
+        gained = -k * before[i] - (count - k) * after[i]
+        if of[i] == 0.0:
+            of[i] = max(gained, 0.0)
             if gained > gain:
-                split, gain = k, gained
+                split, gain = begin + np.int64(i), gained
     return split, gain
 
 

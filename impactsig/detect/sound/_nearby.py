@@ -8,6 +8,7 @@ from ._kernels import GROUP, as_high_near, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
+FEW = 16  # windows of which each is sorted, rather than all values
 RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
 
 
@@ -17,13 +18,18 @@ def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
     return RAREST + others / (duration + UNHEARD)
 
 
+def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
+    """The GROUP, of so many, whose first frame is nearest to each frame."""
+    return np.minimum(np.maximum(np.rint(frame / GROUP).astype(int), 0), count - 1)
+
+
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
     """Share of what lies `within` of each place that is no digital silence."""
     if not silent.any():
         return np.ones(len(place))
     reach = round(within / (GROUP * seconds))
     quiet = local_mean(silent, reach, reach)
-    return 1.0 - quiet[np.clip(np.round(place / GROUP).astype(int), 0, len(quiet) - 1)]
+    return 1.0 - quiet[nearest_group(place, len(quiet))]
 
 
 def crowd(
@@ -33,26 +39,41 @@ def crowd(
     within: float,
     seconds: float,
     share: np.ndarray,
+    order: np.ndarray,
 ) -> np.ndarray:
     """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
 
     Of these crests, only a `share` of the time is heard: at least that share of them, and all at
-    most. The geometric mean is asked for.
+    most. The geometric mean is asked for. `order` sorts the heights.
     """
     reach = within / seconds
     first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
-    return ranked(height, first, last, last - first - np.maximum(rank, 1))
+    return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
 
 
-def ranked(values: np.ndarray, first: np.ndarray, last: np.ndarray, rank: np.ndarray) -> np.ndarray:
+def ranked(
+    values: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    rank: np.ndarray,
+    order: np.ndarray | None = None,
+) -> np.ndarray:
     """The rank[k]-th least of values[first[k] : last[k]], counted from 0; 0 if there is none.
 
-    Neither `first` nor `last` falls.
+    Neither `first` nor `last` falls. `order` sorts the values, if that is known.
     """
+    if order is None:
+        if len(first) <= FEW:
+            out = np.zeros(len(first), values.dtype)
+            for k, (low, high, at) in enumerate(zip(first, last, rank, strict=True)):
+                if 0 <= at < high - low:
+                    out[k] = np.partition(values[low:high], at)[at]
+            return out
+        order = np.argsort(values)
     found = np.empty(len(first), np.int64)
     tree = np.zeros(len(values) + 1, np.int32)
-    ranked_between(np.argsort(values), first, last, rank, tree, found)
+    ranked_between(order, first, last, rank, tree, found)
     return np.append(values, values.dtype.type(0))[found]
 
 
@@ -86,13 +107,22 @@ def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
 
 def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
     """The greatest of each value and of those at most `reach` away."""
-    padded = np.pad(values, reach, mode="edge")
+    count = len(values)
+    padded = np.empty(count + 2 * reach, values.dtype)  # np.pad takes longer than all that follows
+    padded[reach : reach + count] = values
+    padded[:reach], padded[reach + count :] = values[0], values[-1]
     size = 1  # of what the greatest is known of
     while 2 * size <= 2 * reach + 1:
         padded = np.maximum(padded[:-size], padded[size:])
         size *= 2
     rest = 2 * reach + 1 - size
     return np.maximum(padded[: len(padded) - rest], padded[rest:]) if rest else padded
+
+
+def middle(values: np.ndarray) -> float:
+    """Median, in a fraction of numpy's time."""
+    ordered = np.sort(values)
+    return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
 
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._kernels import GROUP, greatest_between
-from ._nearby import greatest_within, number_as_high, rate_of_others
+from ._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
 from ._rise_kernels import STEP
 
 WITHIN = 8e-3  # [s], of a crest of H, that none exceeds
@@ -80,7 +80,7 @@ def settled(
     """
     per = STEP * seconds
     crest = crest[h[crest] > NOISE]
-    group = np.clip(np.round(frame / GROUP).astype(int), 0, len(known) - 1)
+    group = nearest_group(frame, len(known))
     which = np.flatnonzero(vague & (odds > 0.0) & known[group])
     at = frame[which] / STEP
     first, last = np.searchsorted(crest, (at - HEARD_FAR / per, at + HEARD_FAR / per))
@@ -133,7 +133,7 @@ def by_octave(
         The greatest B beside every GROUP-th frame, and whether it and H are known there.
     """
     per, group = STEP * seconds, GROUP * seconds
-    beside = np.clip(np.round(frame / GROUP).astype(int), 0, len(bands) - 1)
+    beside = nearest_group(frame, len(bands))
     here = greatest_beside(h, frame // STEP, round(HERE / per))
     duration = len(bands) * group
     told = known[beside]
@@ -141,7 +141,7 @@ def by_octave(
     turned = turned_odds(odds, here, bands[beside], rate_of_others(evident, duration))
     out = np.where(told & (odds > HOPELESS), turned, odds)
     place = STEP * crest
-    at = np.clip(np.round(place / GROUP).astype(int), 0, len(bands) - 1)
+    at = nearest_group(place, len(bands))
     likely = frame[odds > 0.0]
     low, high = np.searchsorted(likely, (place - ALONE / seconds, place + ALONE / seconds))
     which = np.flatnonzero((h[crest] > NOISE) & (low == high) & known[at])

@@ -17,6 +17,8 @@ train of impacts the median is the power half way between two of them.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ._floor import quantile_bias
@@ -45,7 +47,7 @@ class Rises:
         width = np.concatenate((np.full(scale.octaves, scale.forward), low))
         per = np.concatenate((scale.hop / 2.0 ** (1 + np.arange(scale.octaves)), np.ones(LOW)))
         self.freedom = 1.5 * per * width * (width + 1.0) / (2.0 * width + 1.0)
-        self.clear = clear_ratio(self.freedom)
+        self.clear = clear_ratio(*self.freedom.tolist())
         frames = np.concatenate((np.ones(scale.octaves), size))
         coefficients = PART * per / frames
         self.median_bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
@@ -107,9 +109,10 @@ class Rises:
         return out
 
 
-def clear_ratio(freedom: np.ndarray) -> np.ndarray:
-    """The ratio x > 1 at which n / 2 (x - 1 - ln x) is CLEAR, for n degrees of freedom."""
-    x = np.full(len(freedom), 100.0)
+@functools.lru_cache(maxsize=8)
+def clear_ratio(*freedom: float) -> np.ndarray:
+    """The ratio x > 1 at which n / 2 (x - 1 - ln x) is CLEAR, for each n degrees of freedom."""
+    x, level = np.full(len(freedom), 100.0), 2.0 * CLEAR / np.array(freedom)
     for _ in range(30):  # Newton's method from above, where the function is convex
-        x -= (x - 1.0 - np.log(x) - 2.0 * CLEAR / freedom) / (1.0 - 1.0 / x)
+        x -= (x - 1.0 - np.log(x) - level) / (1.0 - 1.0 / x)
     return x

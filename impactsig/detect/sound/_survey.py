@@ -30,6 +30,7 @@ from ._kernels import (
     octave_rise,
     part_means,
 )
+from ._nearby import middle
 from ._rise_kernels import DEEPEST, LOCAL, STEP
 from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
@@ -118,6 +119,7 @@ class Survey:
     done: int = 0  # of the slabs
     below_step: int = 0  # slabs whose noise the converter does not resolve
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
+    middle_gain: float = field(init=False)  # their median
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
@@ -138,6 +140,7 @@ class Survey:
         self.rises = Rises(scale)
         self.weights = octave_weights(scale)
         self.gains = white_gains(scale)
+        self.middle_gain = middle(self.gains)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
         self.lag = max(round(LAG * self.rate / hop), 1)
@@ -177,7 +180,12 @@ class Survey:
         half = len(x) // 2
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
+        step = least_step(core)
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
+        bridged = self.gate.bridged(x, power, step)
+        if bridged is not None:
+            x = bridged
+            octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
         groups = -(-count // GROUP)
         low, low_parts = self.rises.powers(self.scratch[:, :total], left, -(-groups // 2))
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
@@ -197,7 +205,7 @@ class Survey:
             heard &= ~silent[2 + g : groups + 2 + g]
         means = np.empty((len(fine), blocks))
         group_means(fine, heard, PER, means)
-        sounding = np.logical_or.reduceat(heard, PER * np.arange(blocks))
+        sounding = np.logical_or.reduceat(heard, np.arange(0, PER * blocks, PER))
         long_parts = parts[:, : LONG_PART // PART * low_parts.shape[1]]
         long_parts = long_parts[:, ::2] + long_parts[:, 1::2]
         long_parts = 0.25 * (long_parts[:, ::2] + long_parts[:, 1::2])
@@ -206,9 +214,6 @@ class Survey:
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
-        resolution = 0.0
-        if np.issubdtype(core.dtype, np.floating):
-            resolution = float(np.finfo(core.dtype).eps)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
         first = window.first // hop
         return Slab(
@@ -231,8 +236,8 @@ class Survey:
             sounding,
             silent[2 : groups + 2],
             greatest,
-            resolution,
-            least_step(core),
+            resolution_of(core.dtype),
+            step,
         )
 
     def _settle(self) -> None:
@@ -316,32 +321,32 @@ class Survey:
 
     def _backgrounds(self, beside: list[Slab], at: int, blocks: int) -> list[np.ndarray]:
         """Of octaves and of narrow bands, in the blocks of the slab that begins with block `at`."""
-        begin, end = max(at - self.within, 0), at + blocks + self.within
-        per = BLOCK // PART
-        near = slice(per * begin, per * end)
-        greatest = max(slab.greatest for slab in beside)
-        found = []
-        parts = np.concatenate([slab.parts for slab in beside], axis=1)
-        sound = np.concatenate([slab.parts_sound for slab in beside])
-        octaves = np.concatenate([slab.levels for slab in beside], axis=1)
-        noise = noise_power(parts[:, near], sound[near], self.part_bias)
-        self.noise.append(noise)
-        step = min(slab.step for slab in beside)
+        near = slice(max(at - self.within, 0), at + blocks + self.within)
+        near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
+        greatest = resolution = 0.0
+        step = math.inf
+        for slab in beside:
+            greatest, step = max(greatest, slab.greatest), min(step, slab.step)
+            resolution = max(resolution, slab.resolution)
         toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
-        self.below_step += middle(noise) < toggling * middle(self.gains) / 3.0
+        parts = np.concatenate([slab.parts for slab in beside], axis=1)[:, near_parts]
+        sound = np.concatenate([slab.parts_sound for slab in beside])[near_parts]
+        noise = noise_power(parts, sound, self.part_bias)
+        self.noise.append(noise)
+        self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
         noise = np.maximum(noise, toggling * self.gains)
-        rounding = np.full(len(noise), max(slab.resolution for slab in beside) * greatest) ** 2
-        found.append((np.maximum(noise, rounding), octaves))
+        rounding = (resolution * greatest) ** 2
+        octaves = np.concatenate([slab.levels for slab in beside], axis=1)
+        found = [(np.maximum(noise, rounding), octaves)]
         low = np.concatenate([slab.low_levels for slab in beside], axis=1)
-        sound = np.concatenate([slab.means_sound for slab in beside])
-        lowest = noise_power(low[:, begin:end], sound[begin:end], self.rises.level_bias)
+        sound = np.concatenate([slab.means_sound for slab in beside])[near]
+        lowest = noise_power(low[:, near], sound, self.rises.level_bias)
         # White noise of rounding or of a step is about as strong in the next octaves.
-        least = max(rounding[-1], toggling * self.gains[-1])
-        found.append((np.maximum(lowest, least), low))
+        found.append((np.maximum(lowest, max(rounding, toggling * self.gains[-1])), low))
         bands = np.concatenate([slab.means for slab in beside], axis=1)
-        noise = noise_power(bands[:, begin:end], sound[begin:end], self.mean_bias)
-        rounding = np.maximum((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
-        found.append((np.maximum(noise, rounding), bands))
+        noise = noise_power(bands[:, near], sound, self.mean_bias)
+        leakage = max((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
+        found.append((np.maximum(noise, leakage), bands))
         out = []
         for noise, means in found:
             out.append(np.empty((len(noise), blocks)))
@@ -382,10 +387,10 @@ def octave_weights(scale: Scale) -> np.ndarray:
     return weights / weights.sum()
 
 
-def middle(values: np.ndarray) -> float:
-    """Median, of a few values in a fraction of numpy's time."""
-    ordered = sorted(values.tolist())
-    return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
+@functools.cache
+def resolution_of(kind: np.dtype) -> float:
+    """Relative resolution of numbers of a kind; 0 for integers."""
+    return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
 
 
 @functools.lru_cache(maxsize=8)

@@ -375,7 +375,7 @@ def _rms(velocity: np.ndarray, lasts: np.ndarray) -> float:
 def _range(name: str, given: Any, positive: bool = True) -> tuple[float, float]:
     try:
         low, high = map(float, given)
-    except (TypeError, ValueError):
+    except Exception:
         low = high = math.nan
     if not (0 <= low <= high < math.inf and (low > 0 or not positive)):
         kind = "positive" if positive else "non-negative"

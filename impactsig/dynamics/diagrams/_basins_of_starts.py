@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._watched import counted
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
@@ -43,8 +42,7 @@ def ends(
 ) -> tuple[np.ndarray, list[End], int]:  # fmt: skip
     """Index of the attractor of each start (-1: none), the attractors, and failures."""
     follow = _follower(system, section, phase, periods, closed)
-    with ThreadPoolExecutor(threads) as pool:
-        found = list(counted(pool.map(follow, starts.tolist()), len(starts), " starts"))
+    found = in_threads(follow, starts.tolist(), threads, " starts")
     attractors: list[End] = []
     labels = [_label(end, attractors, ALIKE * closed) for end in found]
     return np.array(labels), attractors, sum(end.status != "complete" for end in found)

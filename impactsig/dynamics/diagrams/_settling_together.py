@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ..._threads import in_threads
 from ...oscillators import Oscillator
 from ...simulate import Motion
 from ...simulate.basis.columns import columns_of, form_of
 from ...simulate.basis.contract import Moment
-from ...simulate.basis.events import DONE, STATUS
+from ...simulate.basis.events import DONE, STATUS, STROBE
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, in_threads
+from ...simulate.batches.course import Course
+from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.modes import Stack, stacks, subset
+from ...simulate.exact.starts import motion_of_base
 from ...simulate.run import span
+from ..tangents.tangent_maps import maps_of
 from ._cells import CHATTER, LEGS, Started, strobed
-from ._closing import LONGEST
+from ._closing import LONGEST, orbits_beside
 from ._settling import Settled, settle
 from ._strobing import CLOSED, STATUS_OF, TAKEN
 
@@ -37,11 +42,11 @@ def in_blocks(
     """Results of a task over systems, in order; oscillators in blocks, others one by one."""
     some = max(1, min(TOGETHER, STROBES // periods))
     able = [k for k, one in enumerate(systems) if settles(one)]
-    if threads > 1:
-        some = max(1, min(some, -(-len(able) // (4 * threads))))
-    blocks = [able[at : at + some] for at in range(0, len(able), some)]
+    # Every so many, as work differs from one part of a range to another.
+    parts = min(max(-(-len(able) // some), threads), len(able))
+    blocks = [able[at::parts] for at in range(parts)]
     blocks += [[k] for k, one in enumerate(systems) if not settles(one)]
-    done = in_threads(lambda at: task(blocks[at]), range(len(blocks)), threads)
+    done = in_threads(task, blocks, threads)
     found: dict[int, Any] = {}
     for block, own in zip(blocks, done, strict=True):
         found.update(zip(block, own, strict=True))
@@ -116,31 +121,91 @@ class Settling:
         return [
             Settled(
                 machines[which[k]], start, strobes[k, : ended[k, TAKEN] + 1].copy(),
-                int(ended[k, CLOSED]), STATUS[ended[k, STATUS_OF]],
-                Moment(begun.clocks[k].copy(), begun.states[k].copy(), begun.counts[k].copy()),
+                int(ended[k, CLOSED]), STATUS[ended[k, STATUS_OF]], _moment(begun, k),
             )
             for k in range(n)
         ]  # fmt: skip
 
     def close(self) -> None:
         """Find the orbits near those that have not closed (`Settled.closing`)."""
-        self.settled = [one.closing() for one in self.settled]
+        alone = set(range(len(self.settled)))
+        for stack, which in self._groups:
+            self._close(stack, which)
+            alone -= set(which)
+        for k in alone:
+            self.settled[k] = self.settled[k].closing()
 
-    def motions(self, periods: Sequence[int]) -> list[Motion]:
-        """The motions over the next periods, as `Settled.motion`."""
-        found: dict[int, Motion] = {}
+    def _close(self, whole: Stack, which: list[int]) -> None:
+        """Move oscillators of one stack to the orbits that their motions converge to."""
+        open_ones = [
+            j for j, k in enumerate(which)
+            if not self.settled[k].closed and self.settled[k].status == STATUS[DONE]
+        ]  # fmt: skip
+        if not open_ones or not whole.forcing.recurs[0]:
+            return
+        stack, own = subset(whole, np.array(open_ones)), [which[j] for j in open_ones]
+        last = np.array([len(self.settled[k].strobes) - 1 for k in own])
+        strobes = np.zeros((len(own), last.max() + 1, STROBE))
+        for row, k in zip(strobes, own, strict=True):
+            row[: len(self.settled[k].strobes)] = self.settled[k].strobes
+        phase = np.full(len(own), self._first)
+        origin = np.stack(motion_of_base(stack.columns, stack.forcing.pace * phase), axis=1)
+        unit = np.stack([np.ones(len(own)), stack.forcing.omega], axis=1)
+        again: dict[int, Settled] = {}
+
+        def returned(
+            some: np.ndarray, points: np.ndarray, periods: np.ndarray
+        ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            starts = origin[some] + unit[some] * points
+            places, matrices = points.copy(), np.zeros((len(some), 2, 2))
+            came = np.zeros(len(some), bool)
+            found = maps_of(subset(stack, some), starts, phase[some], periods)
+            for k, there in enumerate(found):
+                if there is not None:
+                    places[k], matrices[k], came[k] = there.final[:2], there.matrix, True
+            places[came] = (places[came] - origin[some[came]]) / unit[some[came]]
+            return places, matrices * unit[some][:, None] / unit[some][:, :, None], came
+
+        def strobed_again(
+            some: np.ndarray, points: np.ndarray, periods: int
+        ) -> tuple[np.ndarray, np.ndarray]:
+            moving = Moving(subset(stack, some), origin[some] + unit[some] * points, phase[some])
+            begun = Started(moving.clocks, moving.states, moving.counts)
+            rows, ended = strobed(moving.stack, begun, periods, (1e-2, LONGEST, False, LEGS))
+            for j, k in enumerate(some.tolist()):
+                before = self.settled[own[k]]
+                again[k] = replace(before, strobes=rows[j], where=_moment(begun, j))
+            return rows, ended[:, STATUS_OF] == DONE
+
+        orbits = orbits_beside(strobes, last, returned, strobed_again)
+        for k in np.flatnonzero(orbits.period).tolist():
+            self.settled[own[k]] = replace(again[k], closed=int(orbits.period[k]))
+
+    def on(
+        self, periods: Sequence[int]
+    ) -> tuple[list[tuple[list[int], Course]], dict[int, Motion]]:
+        """Go on for so many periods each: oscillators of each layout together, and the others.
+
+        Whatever has ended early is among the others.
+        """
+        courses = []
+        alone = dict.fromkeys(range(len(self.settled)))
         for stack, which in self._groups:
             able = [j for j, k in enumerate(which) if self.settled[k].status == STATUS[DONE]]
             if not able:
                 continue
-            own = [self.settled[which[j]] for j in able]
+            numbers = [which[j] for j in able]
+            own = [self.settled[k] for k in numbers]
             mine = subset(stack, np.array(able))
             moving = Moving.going_on(mine, np.full(len(own), self._first), [k.where for k in own])
             before = np.array([float(len(one.strobes) - 1) for one in own])
-            spans = np.array([float(periods[which[j]]) for j in able])
-            moving.to(before + spans, True, 1)
-            for k, j in enumerate(able):
-                found[which[j]] = moving.motion(k, own[k].oscillator, True)
-        return [
-            found[k] if k in found else one.motion(periods[k]) for k, one in enumerate(self.settled)
-        ]
+            moving.to(before + np.array([float(periods[k]) for k in numbers]), True, 1)
+            courses.append((numbers, Course(moving)))
+            for k in numbers:
+                del alone[k]
+        return courses, {k: self.settled[k].motion(periods[k]) for k in alone}
+
+
+def _moment(started: Started, k: int) -> Moment:
+    """Clock, state and counters of one of many, as its own."""
+    return Moment(*(part[k].copy() for part in started))

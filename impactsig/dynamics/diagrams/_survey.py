@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._watched import counted
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ...simulate.basis.columns import form_of
@@ -93,20 +92,20 @@ class Survey:
                 good &= depth <= slack * (np.abs(places[:, 0]) + abs(stop.position))
         return good
 
-    def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, np.ndarray]:
+    def discover(self, places: np.ndarray, catch: bool) -> tuple[np.ndarray, Found]:
         """Find attractors from some starts, and the radius within which they catch.
 
-        Returns which starts these are, and where they end.
+        Returns which starts these are, and their outcomes without being caught.
         """
         chosen = np.random.default_rng(0).permutation(len(places))[:SCOUTS]
-        label = self.follow(places[chosen], False).label
+        scouted = self.follow(places[chosen], False)
         if catch:
             for k in range(len(self.orbits)):
                 self.radii[k] = self._radius(k)
             if len(places) > SCOUTS:
                 grown = [self._grown(k) for k in range(len(self.orbits))]
                 self.radii[: len(grown)] = grown  # a ring may have met attractors beyond these
-        return chosen, label
+        return chosen, scouted
 
     def _radius(self, k: int) -> float:
         """Half the distance from which motions all around an attractor return to it."""
@@ -153,9 +152,9 @@ class Survey:
             )
         size = max(1, min(TILE_OF_GPU, STROBES // self.periods)) if self.gpu else TILE
         tiles = [slice(at, at + size) for at in range(0, len(places), size)]
-        with ThreadPoolExecutor(self.workers) as pool:
-            following = pool.map(lambda tile: self._tile(places[tile], known), tiles)
-            parts = list(counted(following, len(tiles), " tiles"))
+        parts = in_threads(
+            lambda tile: self._tile(places[tile], known), tiles, self.workers, " tiles"
+        )
         found = Found(
             np.concatenate([status for status, _, _ in parts]),
             np.concatenate([label for _, label, _ in parts]),

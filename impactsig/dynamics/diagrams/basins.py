@@ -205,22 +205,32 @@ def basins_of_attraction(
         return _basins(label, found_of, axes, failed)
     survey = Survey(system, phase, periods, closed, workers, gpu)
     places = survey.starts(*grid.T)
-    which, ends_at = survey.discover(places, catch)
-    found = survey.follow(places, catch)
-    if not catch:
-        which = which[:0]
-    elif len(which) < len(places):  # more than those that were followed to their ends already
-        others = np.setdiff1d(np.arange(len(places)), which)
-        more = np.random.default_rng(1).permutation(others)[: RECHECKED - len(which)]
-        which = np.concatenate([which, more])
-        ends_at = np.concatenate([ends_at, survey.follow(places[more], False).label])
+    scouts, found = survey.discover(places, catch)
+    others = np.setdiff1d(np.arange(len(places)), scouts)
+    catches = catch and len(survey.orbits) > 0
+    status, label = np.empty((2, len(places)), int)
+    status[scouts], label[scouts] = found.status, found.label
+    left = np.arange(len(places)) if catches else others
+    if len(left):
+        own = survey.follow(places[left], catches)
+        status[left], label[left] = own.status, own.label
+    rechecked = differing = 0
+    if catch:  # and more than the scouts, who were followed to their ends already
+        more = np.random.default_rng(1).permutation(others)[: RECHECKED - len(scouts)]
+        rechecked = len(scouts) + len(more)
+        if catches:
+            ends_at = survey.follow(places[more], False).label if len(more) else label[more]
+            differing = int(
+                np.count_nonzero(found.label != label[scouts])
+                + np.count_nonzero(ends_at != label[more])
+            )
     return _basins(
-        found.label,
+        label,
         [_attractor(survey, k) for k in range(len(survey.orbits))],
         axes,
-        int(np.count_nonzero(found.status != DONE)),
-        len(which),
-        int(np.count_nonzero(ends_at[: len(which)] != found.label[which])),
+        int(np.count_nonzero(status != DONE)),
+        rechecked,
+        differing,
     )
 
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
 from ..._showing import Shown, drawn_by
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
 from ...simulate.basis.events import DONE, STROBE_IMPACTS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import in_threads, takes
+from ...simulate.batches.moving import takes
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.run import span
 from ...studies.device import Executor, on_gpu
@@ -170,11 +171,15 @@ def periodicity_chart(
     batch = made_of_arrays(scene, first, second)
     most = (2**16, 2**25) if gpu else (TOGETHER, STROBES)
     together = max(1, min(most[0], most[1] // periods))
-    if threads > 1:
-        together = max(1, min(together, -(-len(first) // (4 * threads))))
+    parts = -(-len(first) // together)
+    if threads > 1:  # every so many cells, as work differs from one part of a chart to another
+        parts = min(max(parts, threads), len(first))
+    found = np.empty((4, len(first)), int)
 
-    def some(at: int) -> np.ndarray:
-        which = slice(at, min(at + together, len(first)))
+    def some(at: int) -> None:
+        found[:, at::parts] = cells_of(slice(at, None, parts))
+
+    def cells_of(which: slice) -> np.ndarray:
         if batch is not None:
             return _exact_cells(chosen(columns, which), periods, closed, skip, start, phase, gpu)
         machines = [scene(a, b) for a, b in zip(first[which], second[which], strict=True)]
@@ -182,11 +187,8 @@ def periodicity_chart(
 
     if batch is not None:
         columns, start = spread(batch.columns, len(first)), AT_REST if initial is None else initial
-    cells = range(0, len(first), together)
-    n, impacts, followed, failed = (
-        column.reshape(len(axes[1]), len(axes[0]))
-        for column in np.concatenate(in_threads(some, cells, threads), axis=1)
-    )
+    in_threads(some, range(parts), threads)
+    n, impacts, followed, failed = (column.reshape(len(axes[1]), len(axes[0])) for column in found)
     names = parameter_names(scene, 2)
     return PeriodicityChart(n, impacts, followed, failed.astype(bool), *axes, names)
 

@@ -14,10 +14,11 @@ from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator, Rigid
 from ...oscillators.flows import Flow
+from ...simulate.batches.course import Course
 from ...simulate.simulation import what_it_is
 from ..arguments import parameter_names, parameter_values
 from ..tangents.lyapunov import lyapunov_spectrum
-from ..tangents.tangent import tangent_map
+from ._exponents import Place, exponents_at, exponents_of
 from ._flow_sections import Section, checked_section
 from ._settling import ground
 from ._settling_together import Settling, in_blocks, settles
@@ -284,18 +285,16 @@ class _Look(NamedTuple):
             run = {"duration": motion.duration, "transient": 0.0, "initial": motion.final}
             cell = cell._replace(exponents=lyapunov_spectrum(system, **run).exponents)
         elif self.exponents:
-            cell = cell._replace(exponents=_exponents(system, n, self.periods, motion.final))
+            cell = cell._replace(exponents=exponents_at(system, n, self.periods, motion.final))
         return cell
 
-    def cell(
-        self, oscillator: Oscillator, **start: Any
-    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+    def cell(self, oscillator: Oscillator, **start: Any) -> tuple[_Cell, Place | None]:
         """The cell of an oscillator from a start, and its final state."""
         return self.settled([oscillator], **start)[0]
 
     def settled(
         self, oscillators: list[Oscillator], **start: Any
-    ) -> list[tuple[_Cell, tuple[float, float, float] | None]]:
+    ) -> list[tuple[_Cell, Place | None]]:
         """Cells of oscillators from one start, and their final states."""
         if start["initial"] is None:
             start["initial"] = (0.0, 0.0)
@@ -304,49 +303,72 @@ class _Look(NamedTuple):
         )
         settling.close()
         closed = [one.closed for one in settling.settled]
-        motions = settling.motions([n or self.periods for n in closed])
-        return [self._cell(*own) for own in zip(oscillators, closed, motions, strict=True)]
+        courses, others = settling.on([n or self.periods for n in closed])
+        cells = {k: self._cell(closed[k], motion) for k, motion in others.items()}
+        for which, course in courses:
+            own = self._cells_of(course, [closed[k] for k in which])
+            cells.update(zip(which, own, strict=True))
+        if self.exponents:
+            at = {k: final for k, (_, final) in cells.items() if final is not None}
+            machines, after = [oscillators[k] for k in at], [closed[k] for k in at]
+            found = exponents_of(machines, after, self.periods, list(at.values()))
+            for k, exponents in zip(at, found, strict=True):
+                cells[k] = cells[k][0]._replace(exponents=exponents), at[k]
+        return [cells[k] for k in range(len(oscillators))]
 
-    def _cell(
-        self, oscillator: Oscillator, n: int, motion: Any
-    ) -> tuple[_Cell, tuple[float, float, float] | None]:
+    def _cell(self, n: int, motion: Any) -> tuple[_Cell, Place | None]:
         """The cell of an oscillator past its transient, over one period of its orbit if closed."""
-        span = n or self.periods
         if motion.status != "complete":
             return _Cell(status=motion.status), None
         assert motion.impacts is not None  # all was kept
         assert motion.sticks is not None
-        cell = _Cell(
-            strobe=np.column_stack(motion.stroboscopic(motion.final[2]))[-span:],
-            velocity=np.asarray(motion.impacts.approach_velocity),
-            periods=n,
-            impacts=motion.impact_count if n else -1,
-            impacts_per_period=motion.impact_count / span,
-            energy_per_period=motion.energy_lost / span,
-            kinetic_energy_per_period=motion.kinetic_energy_gained() / span,
-            sticking=float(np.diff(motion.sticks).sum() / motion.duration),
+        cell = self._told(
+            n,
+            np.column_stack(motion.stroboscopic(motion.final[2])),
+            np.asarray(motion.impacts.approach_velocity),
+            motion.energy_lost,
+            motion.kinetic_energy_gained(),
+            float(np.diff(motion.sticks).sum() / motion.duration),
         )
-        if self.exponents:
-            cell = cell._replace(exponents=_exponents(oscillator, n, self.periods, motion.final))
         return cell, motion.final
+
+    def _cells_of(self, course: Course, closed: list[int]) -> list[tuple[_Cell, Place | None]]:
+        """The same of the oscillators of a course."""
+        names = "status", "displacement", "velocity", "phase", "energy_lost"
+        totals = zip(*(course.totals[name].tolist() for name in names), strict=True)
+        strobes, resting = course.strobes(), course.sticking().tolist()
+        gained = course.kinetic_energy_gained().tolist()
+        cells: list[tuple[_Cell, Place | None]] = []
+        for k, (status, *final, lost) in enumerate(totals):
+            if status != "complete":
+                cells.append((_Cell(status=status), None))
+                continue
+            _, speeds, _ = course.hits(k)
+            cell = self._told(closed[k], strobes[k], speeds, lost, gained[k], resting[k])
+            cells.append((cell, (final[0], final[1], final[2])))
+        return cells
+
+    def _told(
+        self, n: int, strobe: np.ndarray, speeds: np.ndarray, lost: float, gained: float,
+        resting: float,
+    ) -> _Cell:  # fmt: skip
+        span = n or self.periods
+        return _Cell(
+            strobe=strobe[-span:],
+            velocity=speeds,
+            periods=n,
+            impacts=len(speeds) if n else -1,
+            impacts_per_period=len(speeds) / span,
+            energy_per_period=lost / span,
+            kinetic_energy_per_period=gained / span,
+            sticking=resting,
+        )
 
 
 def _lost(motion: Any) -> float:
     """Energy lost in the span; NaN if it is known only for the whole run."""
     known = isinstance(motion.system, Cantilever) and motion.energy_lost is not None
     return float(motion.energy_lost) if known else math.nan
-
-
-def _exponents(system: Any, closed: int, periods: int, at: Any) -> np.ndarray:
-    """Lyapunov exponents of the orbit through a point; from its multipliers if it has closed."""
-    if not closed:
-        return lyapunov_spectrum(system, periods=periods, initial=at[:2], phase=at[2]).exponents
-    multipliers = tangent_map(system, periods=closed, initial=at[:2], phase=at[2]).multipliers
-    with np.errstate(divide="ignore"):
-        grown = np.log(np.abs(multipliers))
-    frequency = system.angular_forcing_frequency
-    assert frequency is not None
-    return grown * frequency / (2 * math.pi * closed)
 
 
 def _carried(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ...simulate.basis.events import DONE, LEG_COUNT, STROBE
 from ...simulate.batches.batch_kernels import machine
 from ...simulate.batches.gpu import by_work, no_law, own, rooms
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 ROUNDS = 16, 64, 256  # periods after which the motions that go on are sorted by their work
 
 
-@inner
+@kernel
 def follow_one(
     k, slot, many, read, room, clocks, states, counts, strobes, upto, rule, known, found
 ):

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ..._arguments import function, number, thread_count, whole
 from ..._showing import Shown, drawn_by
-from ...oscillators import Cantilever, Rigid
+from ...oscillators import Cantilever, Oscillator, Rigid
 from ...oscillators.flows import Flow
+from ...simulate.batches.course import Course
 from ...simulate.flows.course import coordinate_of
 from ..arguments import parameter_names, parameter_values
 from ._flow_sections import checked_section
@@ -21,6 +22,7 @@ from ._whole_motions import SYSTEMS, checked_whole, whole_motion
 
 SAMPLES = 256  # of a period of the first force, between which a turn is looked for
 WITHIN = 64  # of the interval that has one
+SAMPLED = 2000  # periods of the first force that are sampled together
 
 
 @dataclass(frozen=True)
@@ -163,9 +165,18 @@ def response_spectrum(
         machines = [systems[k] for k in which]
         settling = Settling(machines, transient, tolerance=closed, initial=at_rest)
         settling.close()
-        found = [one.closed for one in settling.settled]
-        motions = settling.motions([n or periods for n in found])
-        return [cell(*own) for own in zip(motions, found, strict=True)]
+        orbit = [one.closed for one in settling.settled]
+        courses, others = settling.on([n or periods for n in orbit])
+        cells = {k: cell(motion, orbit[k]) for k, motion in others.items()}
+        for which, course in courses:
+            own = _extremes_of_course(course, [machines[k] for k in which])
+            rest, status = course.sticking().tolist(), course.totals["status"].tolist()
+            for k, reached, share, ended in zip(which, own, rest, status, strict=True):
+                if reached is None:
+                    cells[k] = math.nan, math.nan, math.nan, 0, ended
+                else:
+                    cells[k] = *reached, share, orbit[k], ended
+        return [cells[k] for k in range(len(machines))]
 
     cells = in_blocks(some, systems, transient, threads)
     greatest, least, rest, n, status = zip(*cells, strict=True)
@@ -206,26 +217,79 @@ def _extremes(motion: Any, start: float | None = None) -> tuple[float, float]:
     if isinstance(own, Cantilever):
         period = 1 / float(motion.frequencies[-1])
     else:
-        period = 2 * math.pi / own.angular_frequencies[0] * own.time_unit
+        period = _first_period(own)
+    hits = motion.impacts
+    stops = (own.stop,) if isinstance(own, Cantilever) else own.stops
     start = motion.start if start is None else start
-    count = 1 + math.ceil(SAMPLES * (motion.stop - start) / period)
-    time = np.linspace(start, motion.stop, count)
-    x, v = motion.sample(time)
+    looking = _look(
+        start, motion.stop, period, hits.time, _jumps(hits.time, hits.stop_index, stops)
+    )
+    time = next(looking)
+    while True:
+        try:
+            time = looking.send(motion.sample(time))
+        except StopIteration as end:
+            return cast("tuple[float, float]", end.value)
+
+
+def _extremes_of_course(
+    course: Course, machines: list[Oscillator]
+) -> list[tuple[float, float] | None]:
+    """The same of oscillators that have been moved together; None of those that ended early."""
+    status, n = course.totals["status"].tolist(), len(machines)
+    start = course.totals["start"]
+    stop = start + course.totals["duration"]
+    found: list[tuple[float, float] | None] = [None] * n
+    period = np.array([_first_period(machine) for machine in machines])
+    upto = np.cumsum((stop - start) / period) // SAMPLED
+    for part in np.unique(upto).tolist():
+        looking, times = {}, [np.empty(0)] * n
+        for k in np.flatnonzero(upto == part).tolist():
+            if status[k] == "complete":
+                hits, _, which = course.hits(k)
+                jumps = _jumps(hits, which, machines[k].stops)
+                own = _look(float(start[k]), float(stop[k]), float(period[k]), hits, jumps)
+                looking[k], times[k] = own, next(own)
+        while looking:
+            states = course.sample(times)
+            times = [np.empty(0)] * n
+            for k, own in tuple(looking.items()):
+                try:
+                    times[k] = own.send(states[k])
+                except StopIteration as end:
+                    found[k] = end.value
+                    del looking[k]
+    return found
+
+
+def _first_period(oscillator: Oscillator) -> float:
+    return 2 * math.pi / oscillator.angular_frequencies[0] * oscillator.time_unit
+
+
+def _jumps(time: np.ndarray, which: np.ndarray, stops: Sequence[Any]) -> np.ndarray:
+    """Those of some impacts that turn the velocity at once."""
+    rigid = [k for k, stop in enumerate(stops) if stop is not None and isinstance(stop.law, Rigid)]
+    return time[np.isin(which, rigid)]
+
+
+def _look(
+    start: float, stop: float, period: float, hits: np.ndarray, jumps: np.ndarray
+) -> Generator[np.ndarray, tuple[np.ndarray, np.ndarray], tuple[float, float]]:
+    """Extremes over a span, of what is displacement and velocity at the times that it yields."""
+    count = 1 + math.ceil(SAMPLES * (stop - start) / period)
+    time = np.linspace(start, stop, count)
+    x, v = yield time
     turns = np.flatnonzero(v[:-1] * v[1:] < 0)
     step = time[1] - time[0]
     near = (time[turns, None] + step * np.linspace(0, 1, WITHIN)).ravel()
-    place, speed = motion.sample(near)
+    place, speed = yield near
     # From a sample to the turn the velocity falls evenly, as nearly as it matters.
     before = np.flatnonzero((speed[:-1] * speed[1:] < 0) & (np.diff(near) > 0))
-    hits = motion.impacts
-    stops = (own.stop,) if isinstance(own, Cantilever) else own.stops
-    rigid = [k for k, stop in enumerate(stops) if stop is not None and isinstance(stop.law, Rigid)]
-    jumps = hits.time[np.isin(hits.stop_index, rigid)]
     # At a rigid stop the velocity does not fall, it jumps.
     passed = np.searchsorted(jumps, near)
     before = before[passed[before] == passed[before + 1]]
     falls = speed[before] - speed[before + 1]
     turned = place[before] + speed[before] ** 2 / falls * (step / (WITHIN - 1)) / 2
-    touched, _ = motion.sample(hits.time[hits.time >= start])
+    touched, _ = yield hits[hits >= start]
     seen = np.concatenate([x, turned, touched])
     return float(seen.max()), float(seen.min())

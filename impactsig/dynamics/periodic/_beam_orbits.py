@@ -61,7 +61,7 @@ class BeamShooting(Shooting):
         try:
             flat = np.asarray(guess, float)
             parts = self.parts(flat) if flat.shape == (2 * self.m,) and self.m > 1 else guess
-        except (TypeError, ValueError):
+        except Exception:
             parts = guess
         try:
             return np.concatenate(initial_state(parts, self.m))

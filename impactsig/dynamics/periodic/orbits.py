@@ -109,7 +109,7 @@ class PeriodicOrbit(Shown):
     def motion(self, cycles: float = 1, **options: Any) -> Any:
         """Simulate the orbit for a number of rounds; an unstable one is left in the end.
 
-        Where feedback is silent on it, that of the oscillator alone.
+        Where feedback vanishes on the orbit, the oscillator moves without it.
         """
         periods = cycles * self.periods
         return simulate(

@@ -189,7 +189,7 @@ def off_each(maps: Sequence[Any], states: Sequence[np.ndarray]) -> list[Any]:
     All maps are over the same periods from the same phase.
     """
     first = maps[0]
-    if not all(one.side_by_side for one in maps):
+    if len(maps) == 1 or not all(one.side_by_side for one in maps):
         return [one.off(state) for one, state in zip(maps, states, strict=True)]
     alike = all(one.moves is first.moves for one in maps)
     moved = [one.moves for one in (maps[:1] if alike else maps)]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ...simulate.basis.events import DIVERGED, DONE, EXHAUSTED, TIME, WISH
 from ...simulate.flows.flow_steps import go, rates_at, stride
 
@@ -19,7 +19,7 @@ TOLERANCE = 1e-11  # of what a step does to a column, relative to its length
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding
 
 
-@inner
+@kernel
 def jacobian(field, t, y, sizes, low, high, out):
     """Jacobian by central differences; `y` is changed and restored."""
     d = field.size
@@ -37,7 +37,7 @@ def jacobian(field, t, y, sizes, low, high, out):
             out[m, n] = (high[m] - low[m]) / width
 
 
-@inner
+@kernel
 def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
     """Advance the columns over the step whose stages are in `s`, into `new`.
 
@@ -81,7 +81,7 @@ def vary(tab, field, s, t, h, y, columns, new, sizes, slopes, j, low, high):
     return trace, worst
 
 
-@inner
+@kernel
 def orthonormalize(columns, growth):
     """Gram-Schmidt, twice for each column; adds the logarithms of the lengths."""
     d = len(columns)

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis.events import ROW_APPROACH, ROW_V
 from .columns import (
     BY_FRICTION,
@@ -36,7 +36,7 @@ from .columns import (
 )
 
 
-@inner
+@kernel
 def slope_of_return(law, v, unit):
     """Derivative of r(v) v for a restitution function, by differences of order 4, to 1e-12."""
     h = 1e-3 * v

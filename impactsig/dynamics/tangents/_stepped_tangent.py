@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ...simulate.basis.events import (
     IMPACT,
     LOW,
@@ -58,7 +58,7 @@ from .columns import (
 FINE = 1e-8  # of the time that the motion takes: step where a Hertz contact begins or ends
 
 
-@inner
+@kernel
 def settle(p, motion, columns, totals, orthonormal):
     """Orthonormalise or rescale the columns, together with what depends on them."""
     count = len(p.stops)
@@ -83,7 +83,7 @@ def settle(p, motion, columns, totals, orthonormal):
         motion[k + 1] = (second - (a * c + b * d) / norm**2 * first) * norm / area
 
 
-@inner
+@kernel
 def retrace(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new, parts,
@@ -132,14 +132,14 @@ def retrace(
     place[TURNS], place[PHASE] = turns, phase
 
 
-@inner
+@kernel
 def pull_in(p, f, s, row, mode, approach, y, v):
     """Acceleration in a mode at the instant of a row, and the leg."""
     leg = open_leg(p, s, row[TURNS], row[PHASE], 0.0, mode, approach, y, v)
     return pull(f, leg, s, 0.0, y, v), leg
 
 
-@inner
+@kernel
 def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once):
     """Saltation at an impact, a change of contact or of the direction of friction."""
     before = int(place[IN_MODE])
@@ -185,7 +185,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
         turn(columns, totals, a, b)
 
 
-@inner
+@kernel
 def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approach):
     """Saltation when friction releases the mass; the lost column begins anew."""
     q = row[ROW_Q]
@@ -204,7 +204,7 @@ def let_go(p, f, s, row, after, motion, columns, totals, orthonormal, by_approac
     set_off(columns, totals, off, orthonormal)
 
 
-@inner
+@kernel
 def carry_to(
     p, tab, f, s, turns, phase, place, motion, columns, totals, orthonormal,
     slopes, by_approach, clock, new,

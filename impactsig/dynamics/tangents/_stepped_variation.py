@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ...simulate.basis.events import V
 from ...simulate.basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
 from ...simulate.stepping.rates import PUSHING, hertz_loss, status
@@ -20,7 +20,7 @@ WISHED, SWIFT, STOPS = range(V + 1, V + 4)
 SMALL = 6e-6  # of a quantity, to difference a function by: the cube root of rounding
 
 
-@inner
+@kernel
 def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
     """Derivatives of the acceleration by position and velocity, and by the approach velocities."""
     of_q, of_v = -leg.kappa, -leg.damping
@@ -61,7 +61,7 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
     return of_q, of_v
 
 
-@inner
+@kernel
 def vary(p, tab, f, s, leg, mode, motion, h, y, columns, new, slopes, by_approach):
     """Advance the columns over the step just taken, whose stages are in `s`, into `new`.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ...simulate.basis.events import (
     IMPACT,
     PART,
@@ -69,7 +69,7 @@ def flow(columns, totals, delta, kappa, root, damping_kind, tau, orthonormal):
     multiply(columns, c + delta * s, s, -kappa * s, c - delta * s)
 
 
-@inner
+@kernel
 def span(p, i, tau, columns, totals, orthonormal):
     """Advance the columns over a span of mode i, in pieces if strongly overdamped."""
     delta, kappa, root, damping_kind = p.delta[i], p.kappa[i], p.root[i], p.damping_kind[i]
@@ -97,7 +97,7 @@ def acceleration(p, i, f, q, v):
     return f + p.constant[i] - p.kappa[i] * q - 2 * p.delta[i] * v
 
 
-@inner
+@kernel
 def by_force(p, i, stop, beyond):
     """Whether a contact in mode i changes at zero force rather than at zero gap."""
     for s in range(p.gaps[i]):
@@ -153,7 +153,7 @@ def let_go(p, row, columns, totals, orthonormal):
     set_off(columns, totals, off, orthonormal)
 
 
-@inner
+@kernel
 def carry_to(p, turns, phase, place, columns, totals, orthonormal):
     """Advance the columns to an instant without an event."""
     if place[HELD] == FREE:

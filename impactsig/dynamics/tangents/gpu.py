@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ...simulate.batches.batch_kernels import machine
 from ...simulate.batches.gpu import by_work, no_law
 from ...simulate.exact.modes import Stack
@@ -14,7 +14,7 @@ from ...studies.device_kernels import Each
 from ._tangent import carry as carry_one
 
 
-@inner
+@kernel
 def carry_machine(
     k, slot, many, read, taken, place, columns, totals, collapses, orthonormal,
 ):  # fmt: skip

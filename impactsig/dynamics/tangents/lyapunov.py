@@ -123,7 +123,7 @@ class LyapunovSpectrum(Shown):
         return float(len(self.exponents))
 
     def describe(self) -> str:
-        """What was found, in words."""
+        """Describe the result in words."""
         pairs = zip(self.between_collapses, self.error, strict=True)
         parts = [f"{value:.6g} ± {error:.2g}" for value, error in pairs if not math.isnan(value)]
         told = f"Lyapunov exponents {', '.join(parts)} per unit of time"

@@ -10,11 +10,12 @@ import numpy as np
 
 from ..._arguments import number, thread_count
 from ..._showing import Shown
+from ..._threads import in_threads
 from ...oscillators.batch import OscillatorBatch
 from ...simulate.basis.columns import spread
 from ...simulate.basis.events import DONE, MODE, PHASE, STATUS
 from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, in_threads, takes
+from ...simulate.batches.moving import Moving, takes
 from ...simulate.exact.modes import Stack, stacks, subset
 from ...simulate.run import after, span
 from .carrying import carry_all
@@ -95,7 +96,7 @@ def spectra_of(
             many = len(mine.which)
             moving = Moving(mine, np.tile(place, (many, 1)), np.full(many, phase))
             moving.on_gpu = gpu
-            found = _carried(moving, before, length, duration is not None)
+            found = carried(moving, before, length, duration is not None)
             for into, part in zip((*pairs, expected, *counts, status), found, strict=True):
                 into[mine.which] = part
 
@@ -115,7 +116,7 @@ def spectra_of(
     )
 
 
-def _carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
+def carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
     """Fields of `LyapunovSpectra` for oscillators in progress, and their statuses."""
     from .columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
 

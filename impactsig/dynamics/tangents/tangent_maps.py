@@ -42,12 +42,9 @@ def tangent_maps(
     phases = np.full(n, first_phase(phase))
     found: list[TangentMap | None] = [None] * n
     for which, whole in _stacked(oscillators, n):
-        able = allowed(whole.columns, whole.forcing, starts[which], phases[which])
-        stack, own = (whole, which) if able.all() else (subset(whole, able), which[able])
-        if len(own):
-            moving = Moving(stack, starts[own], phases[own])
-            for k, there in zip(own.tolist(), _maps(moving, periods), strict=True):
-                found[k] = there
+        own = maps_of(whole, starts[which], phases[which], np.full(len(which), periods))
+        for k, there in zip(which.tolist(), own, strict=True):
+            found[k] = there
     return found
 
 
@@ -62,10 +59,25 @@ def _stacked(oscillators: Sequence[Oscillator], n: int) -> Iterator[tuple[np.nda
             yield which[stack.which], stack
 
 
-def _maps(moving: Moving, periods: int) -> list[TangentMap]:
+def maps_of(
+    whole: Stack, starts: np.ndarray, phases: np.ndarray, periods: np.ndarray
+) -> list[TangentMap | None]:
+    """The same of oscillators of one stack, with a phase within a turn and periods of each."""
+    able = allowed(whole.columns, whole.forcing, starts, phases)
+    found: list[TangentMap | None] = [None] * len(starts)
+    if able.any():
+        stack = whole if able.all() else subset(whole, able)
+        own = maps_over(Moving(stack, starts[able], phases[able]), periods[able].astype(float))
+        for k, there in zip(np.flatnonzero(able).tolist(), own, strict=True):
+            found[k] = there
+    return found
+
+
+def maps_over(moving: Moving, periods: np.ndarray) -> list[TangentMap]:
+    """Tangent maps over so many forcing periods each, from where oscillators start."""
     from .columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
 
-    columns, totals = multiplied_over(moving, np.full(len(moving.phase), float(periods)))
+    columns, totals = multiplied_over(moving, periods)
     omega = moving.stack.forcing.omega
     unit = np.ones((len(omega), 2, 2))
     unit[:, 0, 1], unit[:, 1, 0] = 1 / omega, omega

@@ -89,7 +89,7 @@ def noisy_motion(result: NoisyMotion, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : NoisyMotion
-        What moved.
+        The path, as `impactsig.simulate` returns it.
 
     See Also
     --------

@@ -508,7 +508,7 @@ def _scales(given: Any) -> tuple[float, float]:
     required = "two positive scales, the lesser first"
     try:
         low, high = given
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("scales", given, required) from None
     low, high = number("scales", low, required), number("scales", high, required)
     if not 0 < low < high:

@@ -130,7 +130,7 @@ class LyapunovExponent(Shown):
         return self.interval[0] / self.step, self.interval[1] / self.step
 
     def describe(self) -> str:
-        """The answer in words."""
+        """Describe the result in words."""
         if self.verdict == "periodic":
             words = f"periodic: the values recur after {self.period}, exponent 0"
         elif self.exponent is None:
@@ -364,7 +364,7 @@ def lyapunov_exponent(
 def _given_region(region: Any) -> tuple[int, int]:
     try:
         first, last = region
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("region", region, "first and last step of the line") from None
     first, last = whole("region", first, 0), whole("region", last, 1)
     if last - first < 1:

@@ -57,7 +57,7 @@ class RecurrencePlot(Shown):
             f"delay {self.delay}) are within {self.radius:.4g}"
         )
 
-    plot = drawn_by("recurrence_plot", "it")
+    plot = drawn_by("recurrence_plot", "the recurrence plot")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

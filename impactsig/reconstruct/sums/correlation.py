@@ -48,7 +48,7 @@ class CorrelationSum(Shown):
     counts : ndarray, shape (dimensions, r)
         Pairs within each radius, exact, of int64; of the Gaussian kernel its sum over all pairs.
     pairs : ndarray of int64, shape (dimensions,)
-        Pairs there are.
+        Number of pairs of vectors that were compared.
     dimensions : tuple of int
         Embedding dimensions, one for each row of `counts`; of given vectors their length.
     delay : int
@@ -136,7 +136,7 @@ class CorrelationSum(Shown):
         )
 
     def describe(self) -> str:
-        """What was counted, in words."""
+        """Describe the result in words."""
         named = ", ".join(str(m) for m in self.dimensions)
         order = "" if self.q == 2 else f" of order {self.q:g}"
         kind = "" if self.norm == "max" else f"{self.norm} norm, "
@@ -314,7 +314,7 @@ def correlation_sum(
 def _two_dimensional(x: Any) -> bool:
     try:
         return not isinstance(x, Impacts) and np.ndim(x) == 2
-    except ValueError:  # rows of different lengths
+    except Exception:  # rows of different lengths, or an array that raises
         return False
 
 

@@ -82,7 +82,7 @@ class SurrogateTest(Shown):
 
     @property
     def null(self) -> str:
-        """The null hypothesis in words."""
+        """Describe the null hypothesis in words."""
         return NULL[self.method]
 
     @property
@@ -104,7 +104,7 @@ class SurrogateTest(Shown):
         return (self.statistic - float(self.surrogates.mean())) / spread
 
     def describe(self) -> str:
-        """The verdict in words."""
+        """Describe the verdict in words."""
         verdict = "more than" if self.rejected else "no sign of more than"
         if not self.decided:
             verdict = "not decided whether more than"

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from .events import LENGTH
 from .tableau import DEGREE
 
@@ -63,7 +63,7 @@ class Control(NamedTuple):
     region: int  # the limit that the force is beyond, 1 or -1, throughout the step; 0: none
 
 
-@inner
+@kernel
 def bernstein(c, share):
     """Polynomial in Bernstein form at a share of its step."""
     other = 1.0 - share
@@ -76,7 +76,7 @@ def bernstein(c, share):
     return value + power * share * c[DEGREE]
 
 
-@inner
+@kernel
 def horner(c, share):
     """Polynomial of an even degree in powers, at a share of its step."""
     square = share * share  # even and odd powers apart, as two sums do not wait for each other
@@ -95,7 +95,7 @@ def course_at(line, j, which, share):
     return horner(line.course[j, which], share)
 
 
-@inner
+@kernel
 def read(feedback, line, past, tau):
     """The delayed signal, tau after the beginning of the step.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -69,13 +70,14 @@ def place_of(initial: Any) -> tuple[float, float]:
     required = "two finite numbers: displacement and velocity"
     try:
         x, v = (number("initial", value, required) for value in initial)
-    except (TypeError, ValueError):  # no sequence, or not of two
+    except Exception:  # no sequence, or not of two
         raise InvalidInput("initial", initial, required) from None
     return x, v
 
 
+@lru_cache(maxsize=64)
 def forcing_of_one(oscillator: Oscillator) -> tuple[Columns, Forcing]:
-    """Columns and forcing of one oscillator, whose period may be that of its law."""
+    """Columns and forcing of one oscillator, whose period may be that of its law; cached."""
     columns = columns_of([oscillator])
     omega, recurs = reference_frequency(oscillator), oscillator.forcing_recurs
     return columns, forcing_of(columns, (np.array([omega]), np.array([recurs])))

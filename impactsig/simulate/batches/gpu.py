@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...studies.device_kernels import Each
 from ..basis.events import COLUMNS, DONE, LEG_COUNT, TURNS
 from ..exact.flow import COMPLETE, Scratch
@@ -35,7 +35,7 @@ def own(room, slot):
     return Scratch(room.waves[slot], room.series[slot], room.gaps[slot])
 
 
-@inner
+@kernel
 def move_one(k, slot, many, room, until, clocks, states, counts, status, rows, ends, full):
     """Move machine k to its end, or until its rows are full."""
     turns, phases, legs = until

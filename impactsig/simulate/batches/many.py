@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal
 
 import numpy as np
 
 from ..._arguments import choice, entries, flag, instance, number, reals, thread_count
-from ..._watched import progress
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.batch import OscillatorBatch
@@ -171,18 +170,13 @@ def simulate_many(
     exact, others = _sorted(machines, n, options)
     if others and gpu:
         raise InvalidInput("executor", executor, NO_GPU, 'Take executor="threads"')
-    found = {}
-    if others:
 
-        def one(k: int) -> Motion:
-            machine = machines[k if len(machines) > 1 else 0]
-            start = tuple(starts[k].tolist())
-            return simulate(machine, initial=start, phase=float(phases[k]), **options)
+    def one(k: int) -> Motion:
+        machine = machines[k if len(machines) > 1 else 0]
+        start = tuple(starts[k].tolist())
+        return simulate(machine, initial=start, phase=float(phases[k]), **options)
 
-        with ThreadPoolExecutor(threads) as pool, progress(len(others), " runs") as advance:
-            for k, moved_one in zip(others, pool.map(one, others), strict=True):
-                found[k] = moved_one
-                advance(1)
+    found = dict(zip(others, in_threads(one, others, threads, " runs"), strict=True))
     moved = _moved(exact, starts, phases, threads, gpu, **options) if exact else []
     shape: tuple[int, ...] = (n,)
     parameters: Mapping[str, np.ndarray] = {}

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
-from ..._watched import counted
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ..basis.columns import Form
@@ -232,11 +230,3 @@ def takes(form: Form) -> None:
             raise InvalidInput(
                 "restitution", function, "a number for a GPU", 'Else take executor="threads"'
             )
-
-
-def in_threads(task: Callable[[int], Any], items: range, threads: int) -> list:
-    """What a task gives for each item, in order; without a pool where that gains nothing."""
-    if 1 in (threads, len(items)):
-        return list(counted(map(task, items), len(items), " parts"))
-    with ThreadPoolExecutor(threads) as pool:
-        return list(counted(pool.map(task, items), len(items), " parts"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ..basis.events import (
     BEAM_APPROACH,
     DIVERGED,
@@ -48,7 +48,7 @@ from .beam_flow import (
 FREE, CONTACT = 0, 1
 
 
-@inner
+@kernel
 def note(events, count, clock, kind, regime, known, approach, beam, state):
     """Write an event."""
     if len(events) == 0:
@@ -66,7 +66,7 @@ def note(events, count, clock, kind, regime, known, approach, beam, state):
     count[ROW_COUNT] += 1
 
 
-@inner
+@kernel
 def gap_rate(beam, state, clock):
     """Rate of the gap between tip and stop."""
     rate = (beam.wave[0] * 1j * turned(clock[PHASE] + clock[LOW])).real
@@ -75,7 +75,7 @@ def gap_rate(beam, state, clock):
     return rate
 
 
-@inner
+@kernel
 def part_with(beam, state, clock, rate):
     """Apply the impulse at the tip that gives the gap a given rate."""
     change = (rate - gap_rate(beam, state, clock)) / beam.modes
@@ -83,7 +83,7 @@ def part_with(beam, state, clock, rate):
         state[beam.modes + n] -= beam.side * change
 
 
-@inner
+@kernel
 def put_on(beam, state, clock):
     """Set the tip exactly on the stop, so that rounding does not add up over impacts."""
     gap = beam.offset[FREE] + (beam.wave[FREE] * turned(clock[PHASE] + clock[LOW])).real
@@ -93,7 +93,7 @@ def put_on(beam, state, clock):
         state[n] += beam.side * gap / beam.modes
 
 
-@inner
+@kernel
 def fastest(beam, state):
     """Scale of the modes' velocities, to judge what is rounding."""
     total = 0.0
@@ -102,7 +102,7 @@ def fastest(beam, state):
     return total
 
 
-@inner
+@kernel
 def rest_on(beam, state, clock):
     """Remove the gap's remaining rate; whether the tip then presses on the stop."""
     part_with(beam, state, clock, 0.0)
@@ -111,7 +111,7 @@ def rest_on(beam, state, clock):
     return g2 < 0 or (g2 == 0.0 and g3 <= 0)
 
 
-@inner
+@kernel
 def hit(beam, state, clock, count, totals, events):
     """Impact on the rigid stop; the next regime and the kind of its start."""
     speed = -gap_rate(beam, state, clock)
@@ -141,7 +141,7 @@ def hit(beam, state, clock, count, totals, events):
     return FREE, AT_REST
 
 
-@inner
+@kernel
 def opens(beam, regime, state, clock):
     """Whether the gap of a regime, which is closed, opens by the motion to come."""
     terms, _value = begin(beam, regime, state, clock)
@@ -149,7 +149,7 @@ def opens(beam, regime, state, clock):
     return g1 >= 0
 
 
-@inner
+@kernel
 def meet(beam, state, clock, count, totals, events):
     """Touch or leave the soft stop; the next regime and the kind of its start, as `hit`."""
     speed = -gap_rate(beam, state, clock)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ..basis.events import HEAD, LOW, PHASE, ROW_REGIME, TURN, TURNS
 from ..exact.gap import stays_open
 
@@ -46,7 +46,7 @@ class Beam(NamedTuple):
     scratch: np.ndarray  # of a leg: coefficients of the signal and their rates, shape (k + 1, 2)
 
 
-@inner
+@kernel
 def amplitude(beam, i, k, state, turn):
     """C_k of the free motion in regime i, from a state where the forcing is `turn`."""
     total = 0j
@@ -56,7 +56,7 @@ def amplitude(beam, i, k, state, turn):
     return total
 
 
-@inner
+@kernel
 def begin(beam, i, state, clock):
     """Write the leg's sum of exponentials to scratch; the number of terms, and g at its start."""
     turn = turned(clock[PHASE] + clock[LOW])
@@ -114,7 +114,7 @@ def fourth_bound(terms, count):
     return total
 
 
-@inner
+@kernel
 def close(terms, count, start, tau, width, third):
     """Instant in (tau, tau + width] at which g, which falls monotonically, vanishes."""
     low, high = tau, tau + width
@@ -143,7 +143,7 @@ def close(terms, count, start, tau, width, third):
     return tau
 
 
-@inner
+@kernel
 def first_zero(terms, count, start, known, end):
     """Whether g vanishes before `end`, and when; or how far it certainly does not."""
     tau = 0.0
@@ -180,7 +180,7 @@ def first_zero(terms, count, start, known, end):
     return False, min(tau, end)
 
 
-@inner
+@kernel
 def advance(beam, i, state, phase, tau, after):
     """Write the state tau after a phase to `after`."""
     turn = turned(phase)

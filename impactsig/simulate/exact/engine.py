@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ..basis.events import (
     DIVERGED,
     DONE,
@@ -64,7 +64,7 @@ from .passing import (
 )
 
 
-@inner
+@kernel
 def from_rest(p, i, leg, q):
     """Fourth derivative at a start from rest where lower ones vanish; clears these of rounding.
 

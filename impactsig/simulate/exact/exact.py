@@ -55,7 +55,7 @@ class ExactEngine:
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants, each after the row that `where` names."""
-        from ._look import sample
+        from .look import sample
 
         q, v = np.empty(len(turns)), np.empty(len(turns))
         sample(self.problem, self.scratch, rows, where, turns, phase, q, v)
@@ -65,7 +65,7 @@ class ExactEngine:
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        from ._look import peaks
+        from .look import peaks
 
         stops = self.oscillator.stops
         soft = [s.law if isinstance(s.law, KelvinVoigt) else KelvinVoigt(1.0) for s in stops]

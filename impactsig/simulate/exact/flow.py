@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner, njit
+from ..._compiled import inlined, kernel, njit
 from ..basis.events import PHASE, TURN, TURNS
 
 ORDER = 12  # of the Taylor series that serves short legs
@@ -204,7 +204,7 @@ def forced(waves, tau):
     return x, v, a, jerk
 
 
-@inner
+@kernel
 def steady(p, i, turns, phase):
     """Forced response and its derivative at a phase."""
     x = v = 0.0
@@ -276,7 +276,7 @@ def begin(p, scratch, i, turns, phase, low, q, v):
     )
 
 
-@inner
+@kernel
 def complete(waves, series, delta, kappa):
     """The Taylor coefficients of q from order 4, by the equation of motion, order by order."""
     for n in range(4, ORDER + 1):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import cfunc, inlined, inner
+from ..._compiled import cfunc, inlined, kernel
 from ..basis.events import (
     BROKEN,
     CONTACT_COUNT,
@@ -186,7 +186,7 @@ def rebound(p, clock, state, count, events, stop, end, end_turns, end_phase, upp
     return DONE
 
 
-@inner
+@kernel
 def settle(p, clock, state, count, events, side, r, out, end, end_turns, end_phase):
     """Sum the remaining rebounds of a chatter as a geometric series, then stick."""
     i = count[MODE]
@@ -231,7 +231,7 @@ def still(p, i, q):
     return f + (p.kinetic if i % 2 == 0 else -p.kinetic) if p.has_friction else f
 
 
-@inner
+@kernel
 def unstick(p, clock, i, q, end):
     """Time until the force exceeds what holds the mass, and the direction; 0 if it stays."""
     low, high = grip(p, i, q)
@@ -261,7 +261,7 @@ def unstick(p, clock, i, q, end):
     return tau, 0
 
 
-@inner
+@kernel
 def depart(p, clock, i, q):
     """Direction in which a mass at rest leaves, 0 if held; and whether the hold just gives way.
 

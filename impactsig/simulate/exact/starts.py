@@ -134,13 +134,15 @@ def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nd
     columns, plan, tables = stack.columns, stack.layout, stack.problem
     omega = stack.forcing.omega
     n = len(q)
-    side, level, lifted = np.zeros(n, int), np.zeros(n, int), np.zeros(n, int)
+    side, level, lifted = np.zeros((3, n), int)
     for sign, row in ((1, plan.form.upper), (-1, plan.form.lower)):
-        pressed = np.ones(n, bool)
+        pressed: Any = True
         for place, (number, kind) in enumerate(row):
             stop = columns.stops[number]
             depth = sign * (q - stop[POSITION])
-            pressed &= depth > 0
+            pressed = pressed & (depth > 0)
+            if not pressed.any():
+                break
             if kind == RIGID:
                 q = np.where(pressed, stop[POSITION], q)
                 break

@@ -6,14 +6,14 @@ there is one, and else halving decides.
 
 from __future__ import annotations
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ..basis.tableau import GAUGE_DEGREE
 from .flow_steps import Scratch
 
 DEPTH = 44  # halvings of a step after which two roots are one, that only touches zero
 
 
-@inner
+@kernel
 def value_at(c, ladder, x):
     """Value and slope of a polynomial in Bernstein form (de Casteljau)."""
     for m in range(GAUGE_DEGREE + 1):
@@ -25,7 +25,7 @@ def value_at(c, ladder, x):
     return ladder[0] + x * slope, GAUGE_DEGREE * slope
 
 
-@inner
+@kernel
 def root_in(c, ladder, low, high, side):
     """The root between low and high, where the polynomial leaves `side`."""
     x = 0.5 * (low + high)
@@ -44,7 +44,7 @@ def root_in(c, ladder, low, high, side):
     return x
 
 
-@inner
+@kernel
 def halve(stack, top):
     """Put both halves of the part on top of the stack in its place, the first one on top."""
     left, right = stack[top + 1], stack[top]
@@ -59,7 +59,7 @@ def halve(stack, top):
     right[GAUGE_DEGREE + 1], right[GAUGE_DEGREE + 2] = middle, high
 
 
-@inner
+@kernel
 def begin(s: Scratch):
     """Put the whole step on the stack."""
     for m in range(GAUGE_DEGREE + 1):
@@ -68,7 +68,7 @@ def begin(s: Scratch):
     return 0
 
 
-@inner
+@kernel
 def next_crossing(s: Scratch, top, side):
     """The next crossing: what is left on the stack, where (-1: nowhere), and the side after it.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._arguments import instance, number
+from ..._arguments import entries, instance, number
 from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
@@ -178,10 +178,7 @@ def state_of(flow: Flow, initial: Sequence[float] | None) -> np.ndarray:
     if initial is None:
         return np.array(flow.initial)
     required = f"{flow.dimension} finite numbers"
-    try:
-        given = [number("initial", value, required) for value in initial]
-    except TypeError:
-        given = []
+    given = [number("initial", value, required) for value in entries("initial", initial, required)]
     if len(given) != flow.dimension:
         raise InvalidInput("initial", initial, required)
     return np.array(given)

@@ -21,7 +21,6 @@ from .course import STEPS, Running
 if TYPE_CHECKING:
     from .flow_steps import Course
 
-AT_A_TIME = 64  # steps between two looks whether all that was asked for is there
 ENDED = {
     "complete": "",
     "diverged": ", where the flow diverged",
@@ -92,14 +91,13 @@ class FlowMotion(Moved):
 
         running = Running(self.system)
         course = type(mark)(*(part.copy() for part in mark))
-        wanted = np.append(instants, self._end)
-        out, done = np.empty((len(wanted), running.field.size)), 0
+        upto = np.append(instants, self._end)
+        out, done = np.empty((len(instants), running.field.size)), 0
         while done < len(instants):
             _, done = states(
-                running.tableau, running.field, running.scratch, course, wanted, out, done,
-                AT_A_TIME,
-            )  # fmt: skip
-        return out[:-1]
+                running.tableau, running.field, running.scratch, course, upto, out, done, STEPS
+            )
+        return out
 
     def stroboscopic(self, phase: float = 0.0) -> Any:
         """Refused: the forcing of a flow is not known.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, inner
+from ..._compiled import allocating, kernel
 from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, LEVEL_SIDE, ROUNDED, TIME, WISH
 from ..basis.tableau import GAUGE_DEGREE
 from ._flow_crossings import begin, next_crossing, value_at
@@ -29,13 +29,13 @@ class Task(NamedTuple):
     wanted: int  # spikes to find
 
 
-@inner
+@kernel
 def watched(field):
     """Index of the coordinate that is compared with the level; -1 for a function of the state."""
     return field.coordinate if field.fires is None else field.size
 
 
-@inner
+@kernel
 def out_of_reach(field, s, h, y, level):
     """Whether the signal cannot reach the level within the step.
 
@@ -52,7 +52,7 @@ def out_of_reach(field, s, h, y, level):
     return abs(level - y[n]) > 4 * h * greatest
 
 
-@inner
+@kernel
 def gauge(tab, field, s, y):
     """The signal at the nodes of the step."""
     only = watched(field)
@@ -66,7 +66,7 @@ def gauge(tab, field, s, y):
         s.gauge[j] = field.signal(s.stage.ctypes, -1)
 
 
-@inner
+@kernel
 def pose(tab, s, level):
     """Bernstein coefficients of signal minus level over the whole step."""
     for i in range(GAUGE_DEGREE + 1):
@@ -79,7 +79,7 @@ def pose(tab, s, level):
     s.coefficients[GAUGE_DEGREE] = s.gauge[GAUGE_DEGREE] - level
 
 
-@inner
+@kernel
 def correct(tab, field, s, t, h, y, level, share):
     """Correct a root by steps that end there; overwrites stages 1 to 11 of the step."""
     for _ in range(5):

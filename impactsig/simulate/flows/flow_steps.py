@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ..basis.delay import DISPLACEMENT, fed
 from ..basis.events import DIVERGED, DONE, EXHAUSTED, ROUNDED, TIME, WISH
 
@@ -58,7 +58,7 @@ class Scratch(NamedTuple):
     ladder: np.ndarray  # (GAUGE_DEGREE + 1,)
 
 
-@inner
+@kernel
 def rates_at(field, t, tau, y, out):
     """Rates of the coordinates and of the integral, tau after the instant t."""
     field.rates(t + tau, y.ctypes, field.parameters.ctypes, out.ctypes)
@@ -124,7 +124,7 @@ def stages(
             k[i, n] = rate[n]
 
 
-@inner
+@kernel
 def take(tab, field, s, t, h, y, into):
     """A step of h; stage 0 has been worked out."""
     stages(
@@ -136,7 +136,7 @@ def take(tab, field, s, t, h, y, into):
         into[n] = y[n] + h * into[n]
 
 
-@inner
+@kernel
 def error_of(tab, s, h, y, size):
     """Error of the step just taken, in units of the tolerance.
 
@@ -162,7 +162,7 @@ def error_of(tab, s, h, y, size):
     return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * size)
 
 
-@inner
+@kernel
 def stride(tab, field, s, course, most):
     """A step within the tolerance, no longer than `most`, into `s.new`; 0 where none is."""
     t, y = course.clock[TIME], course.state
@@ -193,7 +193,7 @@ def stride(tab, field, s, course, most):
             return 0.0
 
 
-@inner
+@kernel
 def go(s, course, h, end):
     """Move to the end of the step."""
     clock = course.clock
@@ -208,7 +208,7 @@ def go(s, course, h, end):
         course.state[n], course.rate[n] = s.new[n], s.k[12, n]
 
 
-@inner
+@kernel
 def finish(tab, field, s, t, h, y):
     """Compute the last stages of the step, which only its interpolant needs."""
     stages(
@@ -217,7 +217,7 @@ def finish(tab, field, s, t, h, y):
     )  # fmt: skip
 
 
-@inner
+@kernel
 def interpolate(tab, field, s, t, h, y):
     """Prepare the interpolant: of the integral where one fires, else of the coordinates."""
     finish(tab, field, s, t, h, y)
@@ -234,7 +234,7 @@ def interpolate(tab, field, s, t, h, y):
             s.dense[3 + m, n] = h * total
 
 
-@inner
+@kernel
 def between(s, y, share, n):
     """A coordinate at a share of the step."""
     value = 0.0
@@ -245,17 +245,21 @@ def between(s, y, share, n):
 
 @kernel
 def states(tab, field, s, course, instants, out, done, steps):
-    """States at instants, ascending; those from `done` on. How it ended, and how many are done."""
+    """States at as many ascending instants as `out` holds, from `done` on.
+
+    The last instant is where the run ends, to which the last step is shortened. Returns how the
+    calculation ended, and how many states are done.
+    """
     y = course.state
     if course.pace[WISH] == 0.0:
         rates_at(field, course.clock[TIME], 0.0, y, course.rate)
     for _ in range(steps):
         t = course.clock[TIME]
-        while done < len(instants) and instants[done] <= t:
+        while done < len(out) and instants[done] <= t:
             for n in range(field.size):
                 out[done, n] = y[n]
             done += 1
-        if done == len(instants):
+        if done == len(out):
             return DONE, done
         end = instants[-1]
         h = stride(tab, field, s, course, end - t)
@@ -264,7 +268,7 @@ def states(tab, field, s, course, instants, out, done, steps):
         after = end if h >= end - t else t + h
         if instants[done] < after:
             interpolate(tab, field, s, t, h, y)
-            while instants[done] < after:
+            while done < len(out) and instants[done] < after:
                 share = min((instants[done] - t - course.clock[ROUNDED]) / h, 1.0)
                 for n in range(field.size):
                     out[done, n] = between(s, y, share, n)

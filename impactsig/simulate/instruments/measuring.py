@@ -235,7 +235,7 @@ def _count(
 def _chance_of_missing(impacts: Impacts, which: np.ndarray, missed_weak: Any) -> np.ndarray:
     try:
         level, scale = missed_weak
-    except (TypeError, ValueError):
+    except Exception:
         raise InvalidInput("missed_weak", missed_weak, "a pair (level, scale)") from None
     level = number("missed_weak level", level)
     scale = number("missed_weak scale", scale, above=0)

@@ -142,7 +142,7 @@ class Microphone:
         number("noise", self.noise, least=0)
         try:
             modes = tuple((f, decay, share) for f, decay, share in self.modes)
-        except (TypeError, ValueError):
+        except Exception:
             modes = ()
         if not modes:
             raise InvalidInput("modes", self.modes, "one (frequency, decay, share) or more")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ..basis.delay import pushed_swing
 from ..basis.events import (
     APPROACH,
@@ -36,7 +36,7 @@ from .rates import OUT, PUSHING, SLACK, WEIGHT, jerk, open_leg, origin, pull, st
 from .rest import departure, rigid_at
 
 
-@inner
+@kernel
 def become(p, state, count, k, new):
     """Change the digit of a stop in the mode, and the origin of the position."""
     old = origin(p, count[MODE])
@@ -47,19 +47,19 @@ def become(p, state, count, k, new):
     state[STEP] = 0.0
 
 
-@inner
+@kernel
 def slide(count, direction):
     """Change the digit of sliding in the mode."""
     count[MODE] += (0 if direction == 0 else (1 if direction > 0 else 2)) - count[MODE] % 3
 
 
-@inner
+@kernel
 def note(events, count, clock, state, kind, k, approach):
     """Write one event."""
     write(events, count, clock, kind, k, count[MODE], state[Q], state[V], approach)
 
 
-@inner
+@kernel
 def hold(p, clock, state, count, events, k):
     """Stick, to the rigid stop k or by friction alone (-1)."""
     state[V] = 0.0
@@ -71,7 +71,7 @@ def hold(p, clock, state, count, events, k):
     note(events, count, clock, state, STICK, k, 0.0)
 
 
-@inner
+@kernel
 def rest_or_turn(p, f, s, clock, state, count, events):
     """Handle a sliding mass that comes to rest: it reverses, unless the next pass finds it held."""
     state[V] = 0.0
@@ -85,7 +85,7 @@ def rest_or_turn(p, f, s, clock, state, count, events):
         note(events, count, clock, state, REVERSE, -1, 0.0)
 
 
-@inner
+@kernel
 def touched(p, mode):
     """Number of stops in contact."""
     number = 0
@@ -94,7 +94,7 @@ def touched(p, mode):
     return number
 
 
-@inner
+@kernel
 def change_contact(p, clock, state, count, events, kind, k):
     """Enter or leave contact with a soft stop, or pass one left behind.
 
@@ -125,7 +125,7 @@ def change_contact(p, clock, state, count, events, kind, k):
         note(events, count, clock, state, PART, k, 0.0)
 
 
-@inner
+@kernel
 def restitution_at(p, f, k, v):
     """Restitution coefficient of a rigid stop at an approach velocity; NaN if it cannot be."""
     if p.stops[k, RESTITUTION] >= 0:
@@ -134,7 +134,7 @@ def restitution_at(p, f, k, v):
     return r if 0 <= r <= 1 else math.nan
 
 
-@inner
+@kernel
 def rebound(p, f, s, clock, state, count, events, k, calm):
     """Reverse the velocity at a rigid stop.
 
@@ -197,7 +197,7 @@ def rebound(p, f, s, clock, state, count, events, k, calm):
     return left
 
 
-@inner
+@kernel
 def settle_event(p, f, s, leg, clock, state, count, events, due, calm):
     """Handle the event `due` that a step has ended at.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ..basis.laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
 from ..basis.roots import first_root
 from ..basis.tableau import DEGREE
@@ -26,7 +26,7 @@ ROUNDING = 4e-15  # a sum this small beside its terms is 0
 STILL = 5  # zeros, where an event function does not move
 
 
-@inner
+@kernel
 def list_events(p, s, leg, mode, y, v):
     """Write the event functions of a mode, positive while it lasts, to `events`; their number."""
     n = 0
@@ -64,7 +64,7 @@ def enter(events, n, at, of_q, of_v, kind, k):
     row[VALUE], row[BY_Q], row[BY_V], row[MEANING], row[OF_STOP] = at, of_q, of_v, kind, k
 
 
-@inner
+@kernel
 def starts(p, leg, s, y, a, rate):
     """Order and value of the first nonzero derivative of position of a mass at rest.
 
@@ -104,7 +104,7 @@ def begin_events(p, f, leg, s, mode, y, v, a, balanced):
     return number, due
 
 
-@inner
+@kernel
 def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     """How many times an event function is zero where the step starts; -1 if it falls from there.
 
@@ -137,7 +137,7 @@ def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     return 3 if row[BY_Q] * jerk(p, f, leg, s, y) >= 0 else -1
 
 
-@inner
+@kernel
 def event_root(s, row, zeros):
     """First root of an event function over the step, past those where it starts; 2 if none."""
     if zeros == STILL:
@@ -154,7 +154,7 @@ def event_root(s, row, zeros):
     return first_root(s.stack, n)
 
 
-@inner
+@kernel
 def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     """The event that comes first on the interpolant of a step, and its share of the step."""
     due, at = -1, 2.0
@@ -167,7 +167,7 @@ def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
     return due, at
 
 
-@inner
+@kernel
 def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     """Shorten the step so that it ends at the event, from its instant on the interpolant.
 
@@ -195,7 +195,7 @@ def polish(p, tab, f, leg, s, row, h, most, y, v, a):
     return h, dq, dv
 
 
-@inner
+@kernel
 def passed(s, number, dq, dv):
     """The first listed event function that is negative after a gain, or -1."""
     for i in range(number):
@@ -205,7 +205,7 @@ def passed(s, number, dq, dv):
     return -1
 
 
-@inner
+@kernel
 def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
     """The method of the thesis: halve steps that pass an event, down to the tolerance.
 

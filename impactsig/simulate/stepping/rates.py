@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import cfunc, inlined, inner
+from ..._compiled import cfunc, inlined, kernel
 from ..basis import laws
 from ..basis.delay import pushed, pushed_rate
 from ..basis.events import TURN
@@ -120,13 +120,13 @@ def no_law(t, x, v):
     return 0.0
 
 
-@inner
+@kernel
 def status(p, mode, k):
     """Digit of a stop."""
     return (mode // int(p.stops[k, WEIGHT])) % 3
 
 
-@inner
+@kernel
 def origin(p, mode):
     """Where the positions of a mode count from."""
     at = 0.0
@@ -136,7 +136,7 @@ def origin(p, mode):
     return at
 
 
-@inner
+@kernel
 def open_leg(p, s, turns, phase, low, mode, approach, y, v):
     """The equation of motion in a mode, from an instant on."""
     at = origin(p, mode)
@@ -219,13 +219,13 @@ def accelerate(law, control, leg, waves, hertz, tau, y, v):
     return a
 
 
-@inner
+@kernel
 def pull(f, leg, s, tau, y, v):
     """`accelerate`, for callers outside the inner loop."""
     return accelerate(f.law, f.control, leg, s.waves, s.hertz, tau, y, v)
 
 
-@inner
+@kernel
 def jerk(p, f, leg, s, y):
     """Rate of the acceleration of a mass that rests at y, at the start of the step."""
     rate = 0.0

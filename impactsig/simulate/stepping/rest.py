@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner
+from ..._compiled import kernel
 from ..basis.events import TURN
 from ..basis.laws import LAW, PLACE, RIGID, SIDE
 from .rates import jerk, pull
 
 
-@inner
+@kernel
 def rigid_at(p, leg, y):
     """The rigid stop that the mass is at, or -1."""
     for k in range(len(p.stops)):
@@ -19,7 +19,7 @@ def rigid_at(p, leg, y):
     return -1
 
 
-@inner
+@kernel
 def holding(p, k):
     """The forces that friction and the rigid stop k (-1: none) hold."""
     low = -math.inf if k >= 0 and p.stops[k, SIDE] < 0 else -p.static
@@ -27,7 +27,7 @@ def holding(p, k):
     return low, high
 
 
-@inner
+@kernel
 def departure(p, f, leg, s, y, k):
     """Direction in which a mass at rest leaves (0: none, 2: NaN), and whether from balance."""
     low, high = holding(p, k)
@@ -44,7 +44,7 @@ def departure(p, f, leg, s, y, k):
     return 1 if force > high else -1, False
 
 
-@inner
+@kernel
 def unstick(p, f, leg, s, y, low, high, end):
     """Time until the force on a mass that rests leaves [low, high], or `end` if that is sooner.
 
@@ -103,7 +103,7 @@ def unstick(p, f, leg, s, y, low, high, end):
     return min(tau, end), 0
 
 
-@inner
+@kernel
 def clear(gap, slope, most):
     """Time in which a gap stays open for certain, as |gap''| <= most."""
     root = math.sqrt(slope * slope + 2 * most * gap)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ..basis.tableau import DEGREE
 from .rates import accelerate, pull
 
@@ -37,7 +37,7 @@ def stages(law, control, leg, waves, hertz, a, c, kq, kv, first, last, h, y, v):
         kv[i] = accelerate(law, control, leg, waves, hertz, c[i] * h, y + h * x, kq[i])
 
 
-@inner
+@kernel
 def take(fixed, tab, f, leg, s, h, y, v, a):
     """Increment of position and velocity over a step of h from y, v with acceleration a."""
     if fixed > 0:
@@ -75,7 +75,7 @@ def error(p, rate, tab, s, h, y, v, dv, speed):
     return h * n5 / math.sqrt(2 * (n5 + 0.01 * n3)) / allowed
 
 
-@inner
+@kernel
 def first_step(p, leg, y):
     """Initial step size; the error estimate corrects it."""
     if leg.hertz > 0:
@@ -84,7 +84,7 @@ def first_step(p, leg, y):
     return min(6 * p.tolerance**0.125 / leg.rate, p.longest)
 
 
-@inner
+@kernel
 def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
     """One step within the tolerance, no longer than `end`.
 
@@ -119,7 +119,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
         grow = 1.0
 
 
-@inner
+@kernel
 def expand(tab, h, gain, rates, out):
     """Bernstein coefficients of what one of them gains over a step, from its rates of change."""
     for n in range(DEGREE + 1):
@@ -142,7 +142,7 @@ def expand(tab, h, gain, rates, out):
     out[DEGREE] = gain
 
 
-@inner
+@kernel
 def interpolate(tab, f, leg, s, h, y, v, dq, dv):
     """Bernstein coefficients of what position and velocity gain over the step just taken."""
     stages(

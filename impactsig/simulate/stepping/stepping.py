@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inner, kernel
+from ..._compiled import kernel
 from ..basis.events import (
     APPROACH,
     BEGUN,
@@ -166,7 +166,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
             hold(p, clock, state, count, events, int(s.events[due, OF_STOP]))
 
 
-@inner
+@kernel
 def inside(p, state, count):
     """Correct positions that rounding has put behind a rigid stop."""
     at = origin(p, count[MODE])

@@ -153,7 +153,7 @@ class AveragedDensity(Shown):
         return DensityShape(energy, maximum, own.joint(energy), lower, upper)
 
     def energy_density(self, energy: Any) -> np.ndarray:
-        """p(H); infinite at H = 0 where the well is flatter than a parabola."""
+        """Density p(H) of the energy; infinite at H = 0 in a well flatter than a parabola."""
         return _over(self._density.density, _reals("energy", energy))
 
     def cumulative(self, energy: Any) -> np.ndarray:
@@ -172,12 +172,12 @@ class AveragedDensity(Shown):
         return self._density.mean(lambda energy: energy**order)
 
     def joint_density(self, x: Any, v: Any) -> np.ndarray:
-        """p(x, v), the arrays broadcast against each other; 0 beyond the stops."""
+        """Joint density p(x, v) at displacements and velocities, broadcast; 0 beyond the stops."""
         kinetic = self.oscillator.mass * _reals("v", v) ** 2 / 2
         return self._density.joint(_reals("x", x), kinetic)
 
     def displacement_density(self, x: Any) -> np.ndarray:
-        """The marginal p(x); 0 beyond the stops."""
+        """Marginal density p(x) at displacements; 0 beyond the stops."""
         mass, given = self.oscillator.mass, _reals("x", x)
         if len(self.wells) > 1:
             return _over(lambda place: displacement(self._density, mass, place), given)
@@ -191,7 +191,7 @@ class AveragedDensity(Shown):
         )
 
     def velocity_density(self, v: Any) -> np.ndarray:
-        """The marginal p(v)."""
+        """Marginal density p(v) at velocities."""
         mass, given = self.oscillator.mass, _reals("v", v)
         if len(self.wells) > 1:
             return _over(lambda speed: velocity(self._density, mass, speed), given)
@@ -399,7 +399,7 @@ def _reals(name: str, given: Any) -> np.ndarray:
     """
     try:
         found = np.asarray(given, float)
-    except (TypeError, ValueError):
+    except Exception:
         found = np.array(np.nan)
     if not np.all(np.isfinite(found)):
         raise InvalidInput(name, given, "finite numbers")

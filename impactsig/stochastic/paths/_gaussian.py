@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ._random import Numbers, draw, draw_pair, numbers
 from .equation import BLOCK, Q, V, ground_at, note, restitution
 
@@ -40,7 +40,7 @@ class Transition(NamedTuple):
     waves: np.ndarray  # shape (n, 3): frequency, amplitude and angle of the forced motion
 
 
-@inner
+@kernel
 def forced_at(waves, t):
     """Position and velocity of the forced motion."""
     q, v = 0.0, 0.0
@@ -66,7 +66,7 @@ def certain(p, w, level, q, v, q1, v1):
     )
 
 
-@inner
+@kernel
 def resolve(p, w, f, key, path, r, count, events, lane, step, uq, uv, uq1, uv1):
     """State after a step that would end at uq1, uv1 without stops; of the free motion."""
     stack, pair = r.stack, r.pair

@@ -44,7 +44,7 @@ class Lanes(NamedTuple):
     q: np.ndarray  # shape (lanes,), as all below: after the flight
     v: np.ndarray
     force: np.ndarray  # filtered noise
-    kick: np.ndarray  # normal numbers of white noise, times the position where it is parametric
+    kick: np.ndarray  # normal numbers of parametric white noise, times the position
     a: np.ndarray  # acceleration but for damping, friction and noise
     late: np.ndarray  # the same at the end of the kick, where the velocity matters
     before: np.ndarray  # velocity before drag, friction and noise, and after
@@ -241,18 +241,17 @@ def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen
                     force[lane] = p.memory * force[lane] + p.fresh * z[lane]
             for lane in range(lanes):
                 w.force[lane] += 0.5 * force[lane]
+        kick = z
         if p.parametric:
+            kick = w.kick
             for lane in range(lanes):
                 w.force[lane] *= w.q[lane]
-                w.kick[lane] = w.q[lane] * z[lane]
-        else:
-            for lane in range(lanes):
-                w.kick[lane] = z[lane]
+                kick[lane] = w.q[lane] * z[lane]
         accelerate_all(p, f, push, t, at, moving, state, w, w.v, w.a)
         if p.forced or len(p.soft) > 0:  # Heun's method, where a depends on v
             for lane in range(lanes):
                 push_half = 0.5 * h * w.a[lane]
-                w.after[lane] = decay * (w.v[lane] + push_half) + spread * w.kick[lane] + push_half
+                w.after[lane] = decay * (w.v[lane] + push_half) + spread * kick[lane] + push_half
             accelerate_all(p, f, push, t, at, moving, state, w, w.after, w.late)
             for lane in range(lanes):
                 w.a[lane] = 0.5 * (w.a[lane] + w.late[lane])
@@ -268,12 +267,12 @@ def advance(p, f, w, normal, coin, state, count, first, last, every, looks, seen
                 for lane in range(lanes):
                     times = abs(w.q[lane]) if p.parametric else 1.0
                     w.after[lane] = root * rub_shaken(
-                        root * w.before[lane], loss, shaken * times, shaken * w.kick[lane],
+                        root * w.before[lane], loss, shaken * times, shaken * kick[lane],
                         tossed[lane],
                     )  # fmt: skip
             else:
                 for lane in range(lanes):
-                    w.after[lane] = decay * w.before[lane] + spread * w.kick[lane]
+                    w.after[lane] = decay * w.before[lane] + spread * kick[lane]
             for lane in range(lanes):
                 v[lane] = w.after[lane] + 0.5 * h * w.a[lane]
         for lane in range(lanes):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ._random import Numbers, draw, draw_pair, numbers
 from .equation import (
     BLOCK,
@@ -29,20 +29,20 @@ BOUNCES = 64  # impacts in one step, beyond which the mass is left at the stop
 CORRECTIONS = 8
 
 
-@inner
+@kernel
 def drive_at(p, t):
     """Terms that depend on time alone: force, and motion of the stops."""
     at, moving = ground_at(p, t)
     return t, push_at(p, t), at, moving
 
 
-@inner
+@kernel
 def wall_of(p):
     """The rigid stop about which the motion is unfolded."""
     return p.low if p.fold > 0 else p.high
 
 
-@inner
+@kernel
 def folded(p, y, u):
     """Position and velocity from coordinates that may be unfolded."""
     if p.fold == 0.0:
@@ -66,7 +66,7 @@ def rate(p, law, drive, state, lane, y, u, noise):
     return a + noise
 
 
-@inner
+@kernel
 def stride(p, law, start, middle, end, state, lane, y, u, h, noise, later):
     """One classical step while the noise changes from one value to another."""
     k1 = rate(p, law, start, state, lane, y, u, noise)
@@ -80,7 +80,7 @@ def stride(p, law, start, middle, end, state, lane, y, u, h, noise, later):
     return y + h / 6 * (u + 2 * v2 + 2 * v3 + v4), u + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-@inner
+@kernel
 def land(p, f, key, path, r, state, count, events, lane, step, q, v, q1, v1, noise, later, pair):
     """The step from q, v that would end beyond a rigid stop at q1, v1, with its impacts.
 
@@ -138,7 +138,7 @@ def land(p, f, key, path, r, state, count, events, lane, step, q, v, q1, v1, noi
     return q, v
 
 
-@inner
+@kernel
 def pass_through(p, f, count, events, lane, t, y, u, y1, u1):
     """Effect of an impact on a step through y = 0 in unfolded coordinates."""
     h = p.step

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner, kernel
+from ..._compiled import inlined, kernel
 from ...simulate.basis.laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
 from .equation import ground_at
 
@@ -72,7 +72,7 @@ def potential_at(u, law, x):
     return energy - total * part / 3 / u.mass
 
 
-@inner
+@kernel
 def contact_energy(p, q):
     """Elastic energy of the soft stops, per mass."""
     energy = 0.0
@@ -97,7 +97,7 @@ def energies(p, u, law, seen, first, apart, out):
             out[lane, i] = p.mass * energy
 
 
-@inner
+@kernel
 def cell(value, edges, size):
     """Index of the histogram cell of a value; -1 if outside."""
     place = (value - edges[0]) * edges[1]

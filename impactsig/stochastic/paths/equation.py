@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...simulate.basis import laws
 from ...simulate.basis.laws import (
     EXPONENT,
@@ -79,7 +79,7 @@ class Functions(NamedTuple):
     lower: object
 
 
-@inner
+@kernel
 def push_at(p, t):
     """Part of the force per mass that depends on time alone."""
     push = p.constant
@@ -88,7 +88,7 @@ def push_at(p, t):
     return push
 
 
-@inner
+@kernel
 def ground_at(p, t):
     """Position and velocity of the base of the stops."""
     if p.base_amplitude == 0.0:
@@ -98,7 +98,7 @@ def ground_at(p, t):
     return p.base_amplitude * math.cos(angle), velocity
 
 
-@inner
+@kernel
 def contact_force(p, state, lane, q, v):
     """Force of the soft stops per mass."""
     a = 0.0
@@ -132,7 +132,7 @@ def accelerate(p, law, push, t, at, moving, state, lane, q, v):
     return a
 
 
-@inner
+@kernel
 def restitution(p, f, upper, v):
     """Restitution coefficient at an approach velocity; NaN if a user's function returns none."""
     r = p.high_restitution if upper else p.low_restitution
@@ -143,7 +143,7 @@ def restitution(p, f, upper, v):
     return r
 
 
-@inner
+@kernel
 def note(events, count, lane, t, stop, v):
     """Count an impact, and store it if asked for."""
     k = count[lane]
@@ -152,7 +152,7 @@ def note(events, count, lane, t, stop, v):
     count[lane] += 1
 
 
-@inner
+@kernel
 def note_touches(p, state, events, count, lane, t, span, before, q, v):
     """Count the soft stops touched on the way from `before` to q, from t on."""
     for k in range(len(p.soft)):
@@ -163,7 +163,7 @@ def note_touches(p, state, events, count, lane, t, span, before, q, v):
             note(events, count, lane, t + share * span, p.soft[k, STOP], abs(v))
 
 
-@inner
+@kernel
 def rub(v, a, h, kinetic, static):
     """Exact velocity after time h under constant acceleration and Coulomb friction."""
     if v == 0.0:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, inner
+from ..._compiled import inlined, kernel
 from ...studies.device_kernels import Each
 from ._random import Room
 from ._splitting import Lanes, move
@@ -71,7 +71,7 @@ def own(w, slot):
     )  # fmt: skip
 
 
-@inner
+@kernel
 def look_at_one(
     k, slot, p, u, read, span, w, state, count, energy, x, v, joint, sums, course, looks
 ):

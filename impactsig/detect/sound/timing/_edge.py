@@ -16,6 +16,9 @@ import functools
 
 import numpy as np
 
+from .._nearby import middle
+from ._shared_modes_kernels import accumulate
+
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / (3 * PER_SAMPLE)
@@ -72,10 +75,11 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper = np.hanning(count + 2)[1:-1]
-    spectrum = np.median(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0) / np.sum(taper**2)
+    powers = np.sort(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0)
+    spectrum = 0.5 * (powers[(len(quiet) - 1) // 2] + powers[len(quiet) // 2]) / np.sum(taper**2)
     spectrum = np.convolve(np.pad(spectrum, 2, mode="reflect"), SMOOTH, mode="valid") + error
     above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
-    density = np.median(spectrum[above])
+    density = middle(spectrum[above])
     if not density > 0.0:
         return taps
     frequency = np.arange(reach + 1) / (2 * reach + 1)
@@ -107,40 +111,41 @@ def step_modes(
         The response and its slope: what modes above the band leave in it.
     """
     count = PARTS * (last - first) + 1
-    if response is None:
-        reach = len(taps) // 2
-        u = np.arange(PARTS * (first - reach), PARTS * (last + reach) + 1) / PARTS
-        sounds = np.where(u >= 0, np.exp(exponents[:, None] * np.maximum(u, 0.0)), 0.0)
-        filtered = np.zeros((len(exponents), count), complex)
-        for k, tap in enumerate(taps):
-            filtered += tap * sounds[:, k * PARTS : k * PARTS + count]
-        return _parts(filtered, exponents), np.zeros((2, count))
-    both = np.zeros(len(response) + PER_SAMPLE * (len(taps) - 1))
-    for k, tap in enumerate(taps):
-        both[k * PER_SAMPLE : k * PER_SAMPLE + len(response)] += tap * response
-    reach = len(both) // (2 * PER_SAMPLE)  # of both filters together
+    reach = len(taps) // 2 if response is None else (len(response) // PER_SAMPLE + len(taps)) // 2
     begin, end = min(first, -reach), max(last, reach)
-    wide = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
-    at = PER_SAMPLE * (1 - reach - begin)
-    wide[at : at + len(both)] = both
-    step = PER_SAMPLE // PARTS
     rows = PARTS * (end - begin) + 1
     kept = slice(PARTS * (first - begin), PARTS * (first - begin) + count)
-    fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
-    modes = np.empty((len(exponents), count), complex)
-    for exponent, out in zip(exponents, modes, strict=True):
-        cell = (_SIMPSON * np.exp(exponent * np.arange(step + 1) / PER_SAMPLE)) @ fine
-        out[:] = _accumulated(cell, np.exp(exponent / PARTS))[kept]
-    slopes = np.gradient(wide) * PER_SAMPLE
-    beyond = np.stack([part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)])
-    return _parts(modes, exponents), beyond
+    cells = np.zeros((len(exponents), rows), complex)  # what is added in 1 / PARTS of a sample
+    if response is None:
+        at = -PARTS * (reach + begin)
+        cells[:, at : at + PARTS * len(taps) : PARTS] = taps[::-1]
+        beyond = np.zeros((2, count))
+    else:
+        wide = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
+        together = _together(taps, response)
+        at = PER_SAMPLE * (1 - reach - begin)
+        wide[at : at + len(together)] = together
+        step = PER_SAMPLE // PARTS
+        fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
+        weights = _SIMPSON * np.exp(exponents[:, None] * np.arange(step + 1) / PER_SAMPLE)
+        cells.real, cells.imag = weights.real @ fine, weights.imag @ fine
+        slopes = np.gradient(wide) * PER_SAMPLE
+        beyond = np.stack(
+            [part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)]
+        )
+    accumulate(cells, np.exp(exponents / PARTS))
+    return _parts(cells[:, kept], exponents), beyond
 
 
-def _accumulated(cell: np.ndarray, factor: complex) -> np.ndarray:
-    """y[i] = factor y[i - 1] + cell[i]."""
-    from scipy.signal import lfilter
-
-    return np.asarray(lfilter([1.0], [1.0, -factor], cell))
+def _together(taps: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Response of both filters; that of the taps has one value for each sample."""
+    rows = -(-len(response) // PER_SAMPLE)
+    table = np.zeros((rows, PER_SAMPLE))
+    table.ravel()[: len(response)] = response
+    padded = np.zeros(len(taps) + 2 * (rows - 1))
+    padded[rows - 1 : rows - 1 + len(taps)] = taps
+    shifted = np.lib.stride_tricks.sliding_window_view(padded, rows)[:, ::-1]
+    return (shifted @ table).ravel()[: len(response) + PER_SAMPLE * (len(taps) - 1)]
 
 
 def _parts(modes: np.ndarray, exponents: np.ndarray) -> np.ndarray:

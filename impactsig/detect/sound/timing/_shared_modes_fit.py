@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._nearby import middle
 from ._edge import PARTS, responses, step_modes
 from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
 
@@ -89,10 +90,10 @@ class Projected:
     sounds: np.ndarray  # these
     first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray  # (sounds, shifts, 3)
+    whole: np.ndarray  # (sounds, 3, shifts)
     begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
     energy_there: np.ndarray
-    fine: np.ndarray  # (sounds, shifts, 3)
+    fine: np.ndarray  # (sounds, 3, shifts)
 
 
 @dataclass
@@ -122,16 +123,17 @@ class Model:
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
 
-        With the diagonal of K'K and what lies beside it, (shifts, 3).
+        With the diagonal of K'K and what lies beside it, (3, shifts).
         """
         modes, beyond = self.parts
         size = modes.shape[1] // PARTS - 2 * self.reach
         index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
         q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
         rest = beyond[:, index].transpose(1, 2, 0)
-        rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
+        if rest.any():  # as behind a filter
+            rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
         square = rest.transpose(0, 2, 1) @ rest
-        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]), axis=1)
+        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
         basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
         return np.ascontiguousarray(basis), gram
 
@@ -151,7 +153,7 @@ class Model:
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         sounds, first = sounds[which], first[which]
         energy, whole = self._projections(sounds, first, basis)
-        fine = np.empty((len(which), 2 * self.near + 1, 3))
+        fine = np.empty((len(which), 3, 2 * self.near + 1))
         unknown = np.full(len(which), -1)
         return Projected(
             len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
@@ -178,7 +180,7 @@ class Model:
         energy, fine = self._near(held, there, origin)
         left, floor = np.empty(len(there)), (self.noise, self.error)
         leave(fine, energy, self.fine[1], floor, self.freedom, self.prior, left)
-        return float(np.median(left - self.freedom * self.noise / energy))
+        return middle(left - self.freedom * self.noise / energy)
 
     def median_left_at_samples(self, held: Projected) -> float:
         """About the same, if all start at whole samples, before anything is learned."""
@@ -186,7 +188,7 @@ class Model:
         energy, left = held.energy[some], np.empty(np.count_nonzero(some))
         floor = self.noise, FIRST_ERROR
         leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
-        return float(np.median(left - self.freedom * self.noise / energy)) if len(left) else np.inf
+        return middle(left - self.freedom * self.noise / energy) if len(left) else np.inf
 
     def learn(self, held: Projected, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
@@ -202,7 +204,7 @@ class Model:
                 floor = self.noise, error
                 leave(fine, energy, self.fine[1], floor, np.inf, prior, left)
                 beyond = left / self.freedom - self.noise / energy
-                error = max(float(np.median(beyond)), least)
+                error = max(middle(beyond), least)
             out = self._weighed(energy, fine, error, prior)
             evidence = float(np.mean(out[:, 4]))
             if not evidence > self.evidence:
@@ -238,7 +240,7 @@ class Model:
     def _projections(
         self, sounds: np.ndarray, first: np.ndarray, basis: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        energy, projections = np.empty(len(sounds)), np.empty((len(sounds), len(basis), 3))
+        energy, projections = np.empty(len(sounds)), np.empty((len(sounds), 3, len(basis)))
         project(sounds, first, basis, energy, projections)
         return energy, projections
 

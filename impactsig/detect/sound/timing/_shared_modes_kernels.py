@@ -17,15 +17,17 @@ import math
 
 import numpy as np
 
-from ...._compiled import njit
+from ...._compiled import allocating, kernel, njit
 from .._kernels import innovations
+from .._lane_kernels import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, taps_at
 
 NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
-LANES = 32  # sounds that are projected side by side
+LANES = 64  # sounds that are projected side by side
+FAINTEST = 1e-300  # energy of which the reciprocal is a number
 NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
 
 
@@ -55,15 +57,25 @@ def filtered_at(wave, first, taps, out):
             out[k] += tap * part[k]
 
 
+@kernel
+def accumulate(cells, factors):
+    """Replace each row by y[i] = factor y[i - 1] + cell[i], with the factor of the row."""
+    for row in range(cells.shape[0]):
+        total = 0.0j
+        for i in range(cells.shape[1]):
+            total = factors[row] * total + cells[row, i]
+            cells[row, i] = total
+
+
 @njit(nogil=True)
 def add_rings(rings, energy, noise, rows, total):
-    """Add the lagged products of all rings that have energy, over it; the noise over it.
+    """Add the lagged products of all rings of more than the FAINTEST energy, over it; the noise.
 
     The noise is that of so many rows.
     """
     floor = 0.0
     for i in range(len(rings)):
-        if energy[i] > 0.0:
+        if energy[i] > FAINTEST:
             add_lagged_products(rings[i], rows, 1.0 / energy[i], total)
             floor += rows * noise / energy[i]
     return floor
@@ -134,35 +146,41 @@ def crossings(sounds, quiet, begin, end, shares, out):
             out[i, 2] = math.sqrt(noise / quiet) / (FINE * rise)
 
 
-@njit(nogil=True)
-def abruptness(wave, split, lag, slope, count):
-    """Power of two innovations at `split` relative to the greatest two of `count`."""
+@allocating
+def abruptness(waves, split, lag, slope, count, out):
+    """Power of two innovations of each wave at `split` over the greatest two of `count`."""
     innovation = np.empty(count)
-    innovations(wave, split, lag, slope, innovation)
-    greatest = 0.0
-    for k in range(count - 1):
-        power = innovation[k] * innovation[k] + innovation[k + 1] * innovation[k + 1]
-        greatest = max(greatest, power)
-    if greatest == 0.0:
-        return 1.0
-    return (innovation[0] * innovation[0] + innovation[1] * innovation[1]) / greatest
+    for i in range(len(waves)):
+        innovations(waves[i], split, lag, slope, innovation)
+        first = greatest = 0.0
+        for k in range(count - 1):
+            power = innovation[k] * innovation[k] + innovation[k + 1] * innovation[k + 1]
+            if k == 0:
+                first = power
+            greatest = max(greatest, power)
+        out[i] = first / greatest if greatest > 0.0 else 1.0
 
 
-@njit(nogil=True)
-def log_probability(projection, gram, energy, error, prior):
-    """Log probability L, and the share of the energy that is explained.
+@allocating
+def log_probabilities(projection, gram, energy, error, prior, value, explained):
+    """Log probability L of each shift, and the share of the energy that is explained.
 
     `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
     two diagonal elements of V.
     """
-    g0 = gram[0] + error / prior[0]
-    g1 = gram[1] + error / prior[1]
-    det = g0 * g1 - gram[2] * gram[2]
-    b0, b1 = projection[1], projection[2]
-    beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2] + b1 * b1 * g0) / det
-    explained = (projection[0] + beyond) / energy
-    scale = det * prior[0] * prior[1] / (error * error)
-    return 0.5 * explained / error - 0.5 * math.log(scale), explained
+    count = np.uint64(len(value))
+    first, second = error / prior[0], error / prior[1]
+    scale = prior[0] * prior[1] / (error * error)
+    for j in range(count):
+        g0, g1 = gram[0, j] + first, gram[1, j] + second
+        det = g0 * g1 - gram[2, j] * gram[2, j]
+        b0, b1 = projection[1, j], projection[2, j]
+        beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det
+        explained[j] = (projection[0, j] + beyond) / energy
+        value[j] = det * scale
+    logarithms(value)
+    for j in range(count):
+        value[j] = 0.5 * (explained[j] / error - value[j])
 
 
 @njit(nogil=True)
@@ -181,13 +199,13 @@ def project(sounds, first, basis, energy, projections):
             total = 0.0
             for k in range(size):
                 value = sounds[at + i, first[at + i] + k]
-                block[k * LANES + i] = value
+                block[k * count + i] = value
                 total += value * value
             energy[at + i] = total
         for j in range(shifts):
             power[:] = 0.0
             for c in range(rows):
-                add_products(block, 0, LANES, 1, basis[j, c], count, sums)
+                add_products(block, 0, count, 1, basis[j, c], count, sums)
                 for i in range(count):
                     share[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
                 if c < rows - 2:
@@ -195,12 +213,12 @@ def project(sounds, first, basis, energy, projections):
                         power[i] += share[i] * share[i]
                 else:
                     for i in range(count):
-                        projections[at + i, j, c - rows + 3] = share[i]
+                        projections[at + i, c - rows + 3, j] = share[i]
             for i in range(count):
-                projections[at + i, j, 0] = power[i]
+                projections[at + i, 0, j] = power[i]
 
 
-@njit(nogil=True)
+@allocating
 def place(projections, energy, grams, near, floor, prior, shift, beyond):
     """Most probable whole shift at which each sound starts; shifts count from the first.
 
@@ -208,106 +226,112 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
     from there add to the variance. `floor`: the noise of a sample and the part of s that the
     model's errors make.
     """
-    value = np.empty(len(grams))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     for i in range(len(energy)):
         shift[i], beyond[i] = -1, 0.0
         if energy[i] <= NOTHING * floor[0]:
             continue
         error = floor[0] / energy[i] + floor[1]
-        best = 0
-        for j in range(len(grams)):
-            value[j], _ = log_probability(projections[i, j], grams[j], energy[i], error, prior)
-            if value[j] > value[best]:
-                best = j
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        best = value.argmax()
         shift[i] = best
+        most = value[best]
+        for j in range(len(value)):
+            value[j] = (value[j] - most) / UNSURE
+        exponentials(value)
         total = 0.0
-        for j in range(len(grams)):
-            weight = math.exp((value[j] - value[best]) / UNSURE)
-            total += weight
+        for j in range(len(value)):
+            total += value[j]
             if abs(j - best) > near:
-                beyond[i] += weight * (j - best) ** 2
+                beyond[i] += value[j] * (j - best) ** 2
         beyond[i] /= total
 
 
-@njit(nogil=True)
+@allocating
 def leave(projections, energy, grams, floor, freedom, prior, left):
     """Share of the energy of each sound that the most probable shift leaves.
 
     As in `weigh`, s is at least what is left to each of the degrees of freedom.
     """
-    value = np.empty(len(grams))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
-        _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        left[i] = max(1.0 - explained[value.argmax()], 0.0)
         if left[i] > error * freedom:
             error = left[i] / freedom
-            _, left[i] = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            left[i] = max(1.0 - explained[value.argmax()], 0.0)
 
 
-@njit(nogil=True)
+@allocating
 def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     """Posterior mean and deviation of the shift, residual share, error, log evidence.
 
     Shifts lie `step` apart about 0. `floor`: the noise of a sample, and the part of s that the
     model's errors make; s is at least what is left to each of the degrees of freedom.
     """
-    value, between = np.empty(len(grams)), np.empty((len(grams), BETWEEN))
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    scratch = np.empty(BETWEEN * (len(value) + 4))
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
-        most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        best = value.argmax()
+        left = max(1.0 - explained[best], 0.0)
         if left > error * freedom:
             error = left / freedom
-            most, left = _log_probabilities(projections[i], grams, energy[i], error, prior, value)
-        out[i, 0], out[i, 1], evidence = _moments(value, most, step, between)
+            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            best = value.argmax()
+            left = max(1.0 - explained[best], 0.0)
+        out[i, 0], out[i, 1], evidence = _moments(value, value[best], step, scratch)
         out[i, 2], out[i, 3] = left, error
         out[i, 4] = evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
 
-@njit(nogil=True)
-def _log_probabilities(projection, grams, energy, error, prior, value):
-    """L at every shift; the greatest, and the residual share of the energy there."""
-    most, best = -np.inf, 0.0
-    for j in range(len(grams)):
-        value[j], explained = log_probability(projection[j], grams[j], energy, error, prior)
-        if value[j] > most:
-            most, best = value[j], explained
-    return most, max(1.0 - best, 0.0)
-
-
-@njit(nogil=True)
-def _cubic(value, j, t):
-    """Cubic interpolation between shift j and the next."""
+@allocating
+def _interpolate(value, j, out, most):
+    """Cubic interpolation at BETWEEN places between shift j and the next; raises `most` to it."""
     a, b = value[j], value[j + 1]
     p = value[j - 1] if j else 2.0 * a - b
     q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
-    bend = 2.0 * p - 5.0 * a + 4.0 * b - q + t * (3.0 * (a - b) + q - p)
-    return a + 0.5 * t * (b - p + t * bend)
+    second, third = 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
+    for k in range(np.uint64(BETWEEN)):
+        t = (k + 0.5) / BETWEEN
+        out[k] = a + 0.5 * t * (b - p + t * (second + t * third))
+        most[k] = out[k] if out[k] > most[k] else most[k]
 
 
-@njit(nogil=True)
-def _moments(value, most, step, between):
+@allocating
+def _moments(value, most, step, scratch):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 
-    `between` is scratch for BETWEEN values after each.
+    `scratch` has room for BETWEEN values after each, and for as many sums.
     """
-    last = len(value) - 1
-    greatest = -np.inf
+    last, count = len(value) - 1, 0
+    weight = scratch[4 * BETWEEN :]
+    greatest = scratch[:BETWEEN]
+    greatest[:] = -np.inf
     for j in range(last):
-        if max(value[j], value[j + 1]) >= most - FALL:
-            for k in range(BETWEEN):
-                between[j, k] = _cubic(value, j, (k + 0.5) / BETWEEN)
-                greatest = max(greatest, between[j, k])
-    total = first = second = 0.0
+        if value[j] >= most - FALL or value[j + 1] >= most - FALL:
+            _interpolate(value, j, weight[count : count + BETWEEN], greatest)
+            count += BETWEEN
+    top = greatest.max()
+    for k in range(np.uint64(count)):
+        weight[k] -= top
+    exponentials(weight[:count])
+    total, first = scratch[BETWEEN : 2 * BETWEEN], scratch[2 * BETWEEN : 3 * BETWEEN]
+    second, begin = scratch[3 * BETWEEN : 4 * BETWEEN], np.uint64(0)
+    total[:], first[:], second[:] = 0.0, 0.0, 0.0
     for j in range(last):
-        if max(value[j], value[j + 1]) >= most - FALL:
-            for k in range(BETWEEN):
-                t = (k + 0.5) / BETWEEN
-                weight = math.exp(between[j, k] - greatest)
-                at = j + t - 0.5 * last
-                total += weight
-                first += weight * at
-                second += weight * at * at
-    mean = first / total
+        if value[j] >= most - FALL or value[j + 1] >= most - FALL:
+            for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
+                one, at = weight[begin + k], j + (k + 0.5) / BETWEEN - 0.5 * last
+                total[k] += one
+                first[k] += one * at
+                second[k] += one * at * at
+            begin += np.uint64(BETWEEN)
+    mass = total.sum()
+    mean = first.sum() / mass
     # Between two places nothing is looked at.
-    variance = max(second / total - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
-    return step * mean, step * math.sqrt(variance), greatest + math.log(total * step / BETWEEN)
+    variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
+    return step * mean, step * math.sqrt(variance), top + math.log(mass * step / BETWEEN)

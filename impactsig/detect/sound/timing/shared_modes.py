@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._spread import DEVIATION_BY_MEDIAN
+from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents
 from ._shared_modes_kernels import abruptness, crossings, high_passed
@@ -110,10 +111,10 @@ class SharedModes:
             self._learn()
         shift, error = np.concatenate([np.empty((0, 2)), *self.found]).T
         known = np.isfinite(shift)
-        if known.any():
+        if known.any() and not known.all():
             # Too near to an end of the record: as late as the others are in the median.
-            usual = np.median(shift[known])
-            spread = DEVIATION_BY_MEDIAN * np.median(np.abs(shift[known] - usual))
+            usual = middle(shift[known])
+            spread = DEVIATION_BY_MEDIAN * middle(np.abs(shift[known] - usual))
             shift = np.where(known, shift, usual)
             error = np.where(known, error, max(spread, 12.0**-0.5))
         return Timing(shift, error)
@@ -136,60 +137,74 @@ class SharedModes:
     def _learn(self) -> None:
         waves = np.concatenate([np.empty((0, self.length)), *self.held])
         self.learned, self.held = True, []
-        usable = waves[:LEARN][waves[:LEARN].any(axis=1)]
-        if len(usable) >= LEAST:
-            self._model(usable)
+        which = np.flatnonzero(waves[:LEARN].any(axis=1))
+        timed = np.full((len(waves), 2), np.nan)
+        if len(which) >= LEAST:
+            usable = waves[which]
+            plain = self._filtered(usable, self.taps)
+            crossed = self._crossed(plain)
+            fits = self._model(usable, middle(np.sum(plain**2, axis=1)), crossed[:, 0].copy())
             if self.model is None and self.rate <= SLOW:
-                self.crossing = bool(np.median(self._abruptness(usable)) < ABRUPT)
-                self.spread = HALF_WAVES * float(
-                    np.nanmedian(self._crossed(self._filtered(usable, self.taps))[:, 1])
-                )
-        self.found.append(self._timed(waves))
+                self.crossing = middle(self._abruptness(usable)) < ABRUPT
+                self.spread = HALF_WAVES * float(np.nanmedian(crossed[:, 1]))
+            if self._applies:
+                timed[which] = self._shifts(crossed, fits)
+                timed[LEARN:] = self._timed(waves[LEARN:])
+        self.found.append(timed)
 
-    def _model(self, waves: np.ndarray) -> None:
+    def _model(self, waves: np.ndarray, loud: float, guess: np.ndarray) -> np.ndarray | None:
+        """Learn the model of sounds that start near a guess, and fit it to them.
+
+        `loud` is their energy in the median. None if they have no model.
+        """
         few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
-        plain = self._filtered(waves, self.taps)
-        loud = float(np.median(np.sum(plain**2, axis=1)))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
-        guess = self._crossed(plain)[:, 0].copy()
         # Sounds that share nothing usually show it by a few.
         if len(few) < len(waves):
             sounds, noise = self._whitened(waves[few])
             if not shared_exponents(sounds, guess[few], noise, self.rate)[0]:
-                return
+                return None
         sounds, noise = self._whitened(waves)
         heard = float(np.sum(self.taps**2))
         model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if model is None:
-            return
-        instant, _, left = model.fit(sounds, guess).T
+            return None
+        fits = model.fit(sounds, guess)
+        instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
             self.latency = float(np.median(late))
             self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
+            return fits
+        return None
 
     def _whitened(self, waves: np.ndarray) -> tuple[np.ndarray, float]:
         """Whitened waves, and the white noise of a sample."""
         sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
-        noise = float(np.median(np.mean(quiet**2, axis=1)) / np.sum(self.taps**2))
+        noise = middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
         return sounds, noise
 
     def _timed(self, waves: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave; NaN if unknown."""
-        timed = np.full((len(waves), 2), np.nan)
         if not self._applies:
-            return timed
-        crossed = self._crossed(self._filtered(waves, self.taps))
-        guess = crossed[:, 0].copy()
-        attack = self.before - len(self.taps) // 2 - 0.5
-        timed[:, 0] = guess - self.latency - attack
-        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
+            return np.full((len(waves), 2), np.nan)
+        crossed, fits = self._crossed(self._filtered(waves, self.taps)), None
         if self.model is not None:
-            instant, error, left = self.model.fit(self._filtered(waves, self.white), guess).T
+            fits = self.model.fit(self._filtered(waves, self.white), crossed[:, 0].copy())
+        return self._shifts(crossed, fits)
+
+    def _shifts(self, crossed: np.ndarray, fits: np.ndarray | None) -> np.ndarray:
+        """Shifts by the fits of the model, or by crossings where it does not fit."""
+        attack = self.before - len(self.taps) // 2 - 0.5
+        timed = np.empty((len(crossed), 2))
+        timed[:, 0] = crossed[:, 0] - self.latency - attack
+        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
+        if fits is not None:
+            instant, error, left = fits.T
             alike = left <= STRANGE
             timed[alike, 0] = instant[alike] - attack
             timed[alike, 1] = error[alike]
@@ -208,7 +223,6 @@ class SharedModes:
         return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
-        count = round(BEGINNING * self.rate)
-        return np.array(
-            [abruptness(wave, self.before, self.lag, self.slope, count) for wave in waves]
-        )
+        count, found = round(BEGINNING * self.rate), np.empty(len(waves))
+        abruptness(waves, self.before, self.lag, self.slope, count, found)
+        return found

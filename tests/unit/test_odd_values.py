@@ -1,0 +1,108 @@
+"""Validators, given values whose own methods raise, and kinds of numbers that NumPy converts."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from impactsig import (
+    Impacts,
+    InvalidInput,
+    KelvinVoigt,
+    Recording,
+    correlation_sum,
+    flows,
+    simulate,
+)
+from impactsig._arguments import entries, number, path, reals, seed_sequence, whole
+
+
+class Raising:
+    """An object that cannot be looked at."""
+
+    def __array__(self, *_args, **_options):
+        raise RuntimeError("no array")
+
+    def __float__(self):
+        raise RuntimeError("no number")
+
+    def __iter__(self):
+        raise RuntimeError("no items")
+
+
+RECURSIVE: list = []
+RECURSIVE.append(RECURSIVE)
+MASKED = np.ma.masked_array([1.0, 2.0, 3.0], mask=[0, 1, 0])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Raising(), np.bool_(True), np.timedelta64(3, "ns"), np.datetime64("2020-01-01"),
+        np.ma.masked, Decimal("sNaN"), 10**400, np.array("1"), np.zeros(1, [("a", float)])[0],
+    ],
+)  # fmt: skip
+def test_what_float_would_take_or_cannot_is_no_number(value):
+    with pytest.raises(InvalidInput, match="x:"):
+        number("x", value)
+
+
+def test_numbers_of_other_kinds_are_numbers():
+    odd = (2, np.float16(2), Fraction(2), Decimal(2), np.array(2.0), np.uint64(2))
+    assert [number("x", value) for value in odd] == [2.0] * 6
+
+
+@pytest.mark.parametrize(
+    "value", [Raising(), MASKED, [10**400], np.zeros(3, [("a", float)]), ["1"]]
+)
+def test_no_array_is_read_from_what_holds_no_numbers(value):
+    with pytest.raises(InvalidInput, match="x:"):
+        reals("x", value, "numbers")
+
+
+def test_an_array_without_a_masked_value_is_numbers():
+    assert reals("x", np.ma.masked_array([1.0, 2.0]), "numbers").tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("value", [np.timedelta64(3, "s"), np.bool_(True), True, 2.0])
+def test_a_span_of_time_is_no_whole_number(value):
+    with pytest.raises(InvalidInput, match="n:"):
+        whole("n", value, 1)
+
+
+@pytest.mark.parametrize("value", [RECURSIVE, [1, 2], True, -1, "1", Raising()])
+def test_a_seed_is_a_whole_number(value):
+    # NumPy would follow a list that holds itself until the process ends.
+    with pytest.raises(InvalidInput, match="seed:"):
+        seed_sequence(value)
+
+
+def test_a_seed_may_be_long():
+    assert seed_sequence(2**200).entropy == 2**200
+
+
+@pytest.mark.parametrize("value", ["a\0b", "\ud800", Raising()])
+def test_no_path_that_the_system_cannot_take(value):
+    with pytest.raises(InvalidInput, match="directory:"):
+        path("directory", value)
+
+
+def test_items_that_raise_are_no_sequence():
+    with pytest.raises(InvalidInput, match="values:"):
+        entries("values", Raising(), "items")
+
+
+def test_public_functions_name_the_argument():
+    with pytest.raises(InvalidInput, match="samples:"):
+        Recording(Raising(), rate=1000.0)
+    with pytest.raises(InvalidInput, match="initial:"):
+        simulate(flows.lorenz(), duration=1, initial=Raising())
+    with pytest.raises(InvalidInput, match="x:"):
+        correlation_sum(Raising())
+    with pytest.raises(InvalidInput, match="peak:"):
+        Impacts([1.0, 2.0, 3.0], peak=MASKED)
+    with pytest.raises(InvalidInput, match="stiffness:"):
+        KelvinVoigt(np.bool_(True))
