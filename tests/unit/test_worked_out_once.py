@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from numba.core.compiler_lock import global_compiler_lock
 
+from impactsig import _linking
 from impactsig._linking import KNOWN, linked_once
 
 pytestmark = pytest.mark.skipif(not KNOWN, reason="only one version of numba is told")
@@ -44,6 +45,13 @@ def test_extremes_of_numbers_are_those_of_python(call, a, b, n):
     np.testing.assert_array_equal(np.signbit(found), np.signbit(expected))
 
 
+@pytest.mark.parametrize("a", [np.float32(0.1), np.nan, np.uint8(0), np.uint64(2**63 + 5), -3])
+@pytest.mark.parametrize("b", [np.nan, -0.0, np.int32(2)])
+def test_extremes_of_numbers_are_those_of_numba(call, a, b):
+    found, expected = call(extremes, a, b, 2), numba.njit(extremes)(a, b, 2)
+    assert [(type(one), repr(one)) for one in found] == [(type(one), repr(one)) for one in expected]
+
+
 @pytest.mark.parametrize("x", [np.float32(0.3), 0.3, np.int32(5), 5])
 def test_operations_have_the_types_that_numba_gives_them(call, x):
     found, expected = call(arithmetic, x, 7), numba.njit(arithmetic)(x, 7)
@@ -57,11 +65,33 @@ def test_a_slice_is_filled_only_with_what_has_its_shape(call):
         call(filled, np.ones(3), 1, 3)
 
 
-def test_numba_is_as_it_was_afterwards():
+def state():
     from impactsig._worked_out_once import CHANGED
 
-    before = [getattr(owner, name) for owner, name, _ in CHANGED]
+    return [getattr(owner, name) for owner, name, _ in CHANGED], [new for *_, new in CHANGED]
+
+
+def test_numba_is_as_it_was_afterwards_even_after_an_error(call):
+    before, new = state()
     with linked_once():
-        assert [getattr(owner, name) for owner, name, _ in CHANGED] == [new for *_, new in CHANGED]
-    after = [getattr(owner, name) for owner, name, _ in CHANGED]
+        within, _ = state()
+    assert within == new
+    with pytest.raises(numba.TypingError):
+        call(extremes, "a", 1.0, 2)
+    after, _ = state()
     assert all(one is other for one, other in zip(before, after, strict=True))
+
+
+def test_other_versions_of_numba_are_told_nothing(monkeypatch):
+    monkeypatch.setattr(_linking, "KNOWN", False)
+    before, _ = state()
+    with linked_once():
+        within, _ = state()
+    assert all(one is other for one, other in zip(before, within, strict=True))
+
+
+def test_what_users_compile_is_compiled_by_numba_alone(call):
+    with pytest.raises(ValueError, match="different size"):
+        call(filled, np.ones(3), 1, 3)
+    with pytest.raises(ValueError, match=r"slice of shape \(2,\) from input of shape \(3,\)"):
+        numba.njit(filled)(np.ones(3), 1, 3)
