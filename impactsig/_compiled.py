@@ -114,6 +114,7 @@ def _cache_of(function: Callable[..., Any]) -> _Cache | None:
 
 
 @functools.cache
+@global_compiler_lock
 def _read_array_functions() -> None:
     """Import numba's functions of arrays without scipy.linalg, a fifth of a short command's time.
 

@@ -62,9 +62,7 @@ def _are_alike(options: Any, others: Any) -> bool:
 
     numba compiles them for each set of options, also of those that they do not inherit.
     """
-    return options is others or all(
-        getattr(options, name) == getattr(others, name) for name in _INHERITED
-    )
+    return all(getattr(options, name) == getattr(others, name) for name in _INHERITED)
 
 
 def _hash(options: Any) -> int:

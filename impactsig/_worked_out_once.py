@@ -1,8 +1,7 @@
 """What numba works out again for each call that it compiles, worked out once.
 
-numba asks all templates of an operator for each operation, asks LLVM for the size of a type by a
-module of its own, runs passes over declarations, and compiles `min` and `max` for each set of
-options. None of this changes what a kernel computes.
+numba asks all templates of an operator for each operation, and compiles `min`, `max` and the text
+of an error for each caller's set of options. None of this changes what a kernel computes.
 """
 
 from __future__ import annotations
@@ -13,8 +12,6 @@ import operator
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from llvmlite import binding, ir
-from numba.core import ir as numba_ir
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.imputils import lower_builtin
@@ -93,15 +90,6 @@ for _compare in _EXTREMES.values():
     )
 
 
-def _optimize_functions(library: Any, module: Any) -> None:
-    """As in `CPUCodeLibrary`, but without what is only declared."""
-    module.data_layout = library._codegen._data_layout
-    for function in module.functions:
-        if not function.is_declaration:
-            passes, builder = library._codegen._function_pass_manager()
-            passes.run(function, builder)
-
-
 _add_module = JITCodeLibrary.add_ir_module
 
 
@@ -118,59 +106,8 @@ def _add_ir_module(library: Any, module: Any) -> None:
         function.blocks.clear()
 
 
-_sizes: dict[tuple[str, str], int] = {}
-_abi_size, _abi_alignment = ir.Type.get_abi_size, ir.Type.get_abi_alignment
-
-
-def _size(kind: Any, target: Any, context: Any = None) -> int:
-    return _measured(_abi_size, kind, target, context)
-
-
-def _alignment(kind: Any, target: Any, context: Any = None) -> int:
-    return _measured(_abi_alignment, kind, target, context)
-
-
-def _measured(measure: Any, kind: Any, target: Any, context: Any) -> int:
-    text = str(kind)
-    if "%" in text:  # a name, which means something in its module alone
-        return measure(kind, target, context)
-    key = measure.__name__, text
-    if key not in _sizes:
-        _sizes[key] = measure(kind, target, context)
-    return _sizes[key]
-
-
-def _variables(instruction: Any, value: Any) -> list[Any]:
-    """The variables in a part of an instruction of numba's."""
-    found: list[Any] = []
-    _collect(value, found)
-    return found
-
-
-def _collect(value: Any, found: list[Any]) -> None:
-    if type(value) in _LEAVES:
-        return
-    if isinstance(value, numba_ir.Var):
-        found.append(value)
-    elif isinstance(value, numba_ir.Inst):
-        found += value.list_vars()
-    elif isinstance(value, dict):
-        for one in value.values():
-            _collect(one, found)
-    elif isinstance(value, list | tuple):
-        for one in value:
-            _collect(one, found)
-
-
-_LEAVES = frozenset((str, int, float, bool, type(None), numba_ir.Loc))
-
 CHANGED: tuple[tuple[Any, str, Any], ...] = (
     (arrayobj, "raise_with_shape_context", _refuse),
     (BaseFunction, "get_call_type", _call_type),
-    (JITCodeLibrary, "_optimize_functions", _optimize_functions),
     (JITCodeLibrary, "add_ir_module", _add_ir_module),
-    (ir.Type, "get_abi_size", _size),
-    (ir.Type, "get_abi_alignment", _alignment),
-    (numba_ir.Inst, "_rec_list_vars", _variables),
-    (binding.ffi.lib._lock, "_cblist", []),  # two events for each call of LLVM
 )
