@@ -1,24 +1,18 @@
 """What numba works out again for each call that it compiles, worked out once.
 
-numba asks all templates of an operator for each operation, and compiles `min`, `max` and the text
-of an error for each caller's set of options. None of this changes what a kernel computes.
+numba asks all templates of an operator for each operation, compiles the text of an error with each
+slice that is filled, and keeps instructions that were parsed. None of this changes what a kernel
+computes.
 """
 
 from __future__ import annotations
 
-import builtins
-import functools
-import operator
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
-from numba.core.imputils import lower_builtin
-from numba.core.types import unliteral  # type: ignore[attr-defined]
 from numba.core.types.functions import BaseFunction
-from numba.core.typing import signature
-from numba.cpython.builtins import do_minmax
 from numba.extending import overload
 from numba.np import arrayobj
 
@@ -55,39 +49,12 @@ def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
     known = _known.setdefault(function, {})
     key = (context, *arguments)
     if key not in known:
-        found: Any = _extreme(function, context, arguments)
-        if found is None:
-            found = _ask(function, context, arguments, named)
-            if function._impl_keys[found.args] is not function.typing_key:  # it was compiled
-                return found
-        known[key] = found, function._impl_keys[found.args]
-    found, function._impl_keys[found.args] = known[key]
-    return found
-
-
-_EXTREMES = {builtins.max: operator.gt, builtins.min: operator.lt}
-
-
-def _extreme(function: Any, context: Any, arguments: Any) -> Any:
-    """Signature of `min` or `max` of numbers, written into the caller as in earlier numba."""
-    if function.typing_key not in _EXTREMES or len(arguments) < 2:
-        return None
-    if not all(isinstance(one, types.Integer | types.Float) for one in arguments):
-        return None
-    plain = tuple(map(unliteral, arguments))
-    found = signature(context.unify_types(*plain), *plain)
-    function._impl_keys[plain] = _EXTREMES[function.typing_key], "extreme"
-    return found
-
-
-def _write_extreme(context: Any, builder: Any, sig: Any, args: Any, *, compare: Any) -> Any:
-    return do_minmax(context, builder, sig.args, args, compare)
-
-
-for _compare in _EXTREMES.values():
-    lower_builtin((_compare, "extreme"), _kinds.VarArg(types.Any))(
-        functools.partial(_write_extreme, compare=_compare)
-    )
+        found: Any = _ask(function, context, arguments, named)
+        if function._impl_keys[found.args] is not function.typing_key:  # it was compiled
+            return found
+        known[key] = found
+    function._impl_keys[known[key].args] = function.typing_key
+    return known[key]
 
 
 _add_module = JITCodeLibrary.add_ir_module
