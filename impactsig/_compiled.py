@@ -91,9 +91,9 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
     caches: list[_Cache | None] = []
 
     def compile_in_turn(*arguments: Any) -> Any:
+        _read_array_functions()
         with global_compiler_lock, _without_collections(), linked_once(), _counted():
             if not caches:
-                _read_array_functions()
                 caches.append(_cache_of(function))
                 if caches[0] is not None:
                     compiled._cache = caches[0]
@@ -114,6 +114,7 @@ def _cache_of(function: Callable[..., Any]) -> _Cache | None:
 
 
 @functools.cache
+@global_compiler_lock
 def _read_array_functions() -> None:
     """Import numba's functions of arrays without scipy.linalg, a fifth of a short command's time.
 

@@ -31,11 +31,14 @@ def linked_once() -> Iterator[None]:
     if not KNOWN or JITCodeLibrary.finalize is _finalize:
         yield
         return
+    from ._worked_out_once import CHANGED  # imports numba's functions of arrays
+
     changed = (
         (JITCodeLibrary, "finalize", _finalize),
         (_FunctionCompiler, "_customize_flags", _without_c_wrapper),
         (TargetConfig, "__eq__", _are_alike),
         (TargetConfig, "__hash__", _hash),
+        *CHANGED,
     )
     before = [getattr(owner, name) for owner, name, _ in changed]
     for owner, name, function in changed:
