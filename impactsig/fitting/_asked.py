@@ -147,7 +147,6 @@ def observed(impacts: Any, forcing_period: float, fewest: int) -> tuple[Impacts,
             "forcing_period", forcing_period, f"seconds: the impacts are {mean:.3g} s apart",
             "Of a frequency in hertz give 1 / frequency",
         )  # fmt: skip
-    refuse_unlocked(impacts, frequency)
     return impacts, refined(impacts, frequency)
 
 

@@ -17,6 +17,7 @@ from ._asked import (
     limits_of,
     observed,
     refuse_periodic,
+    refuse_unlocked,
     strengths_of,
     strengths_used,
 )
@@ -107,7 +108,8 @@ def fit_oscillator(
     ----------
     impacts : Impacts, or list of Impacts
         200 or more, of a motion that is not periodic; of many trains 100 or more of each, of which
-        periodic ones are left aside. Inferred impacts are left out.
+        periodic ones, and those whose impacts keep no phase of the forcing, are left aside.
+        Inferred impacts are left out.
     forcing_period : float, or list of float
         Period of the forcing [s], right to 0.2 %; of each train.
     free : sequence of str
@@ -182,12 +184,13 @@ def fit_oscillator(
                 "strengths", strengths, '"auto" or None with many trains',
                 "Many trains are fitted by their instants alone",
             )  # fmt: skip
-        trains, frequencies, periodic = telling(impacts, forcing_period)
+        trains, frequencies, aside = telling(impacts, forcing_period)
         asked = Asked(names, known, limits, common, compared, rng)
-        return fit_trains(trains, frequencies, periodic, asked)
+        return fit_trains(trains, frequencies, aside, asked)
     if common:
         raise InvalidInput("same_amplitude", True, "False with one train", "Give a list of trains")
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
+    refuse_unlocked(impacts, 1 / cast(float, forcing_period))
     used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
     strength = None if used is None else strengths_of(impacts, used)

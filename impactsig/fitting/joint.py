@@ -13,7 +13,8 @@ from .._arguments import instance
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..intervals import identify_period
-from ._asked import observed
+from ..intervals.forcing import keeps_phase
+from ._asked import observed, refuse_unlocked
 from ._balance import TURN
 from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
 from ._echoes import Echoes, echoes, without
@@ -26,7 +27,7 @@ from ._partition import Train
 from ._problem import Problem
 from ._simulated import Beginnings
 from ._together import AMPLITUDE, PHASE, WIDEST, Joint, Layout, nearest, together
-from .machine import MachineFit, machine_of_runs
+from .machine import Aside, MachineFit, machine_of_runs
 from .result import OscillatorFit
 
 FEWEST = 100
@@ -53,10 +54,8 @@ class Candidate(NamedTuple):
     first: float  # score of the first round
 
 
-def telling(
-    trains: Sequence[Any], periods: Any
-) -> tuple[list[Impacts], list[float], tuple[int, ...]]:
-    """Impacts and forcing frequencies of the trains that tell, and which do not: periodic ones."""
+def telling(trains: Sequence[Any], periods: Any) -> tuple[list[Impacts], list[float], Aside]:
+    """Impacts and forcing frequencies of the trains that tell, and which do not."""
     trains = [instance("impacts", one, Impacts, "Impacts, one or many") for one in trains]
     if len(trains) < 2:
         raise InvalidInput(
@@ -66,21 +65,26 @@ def telling(
         raise InvalidInput(
             "forcing_period", periods, f"a number of seconds for each of {len(trains)} trains"
         )
-    kept, frequencies, periodic = [], [], []
+    kept, frequencies, periodic, unlocked = [], [], [], []
     for k, (train, period) in enumerate(zip(trains, periods, strict=True)):
         impacts, frequency = observed(train, period, FEWEST)
         if identify_period(impacts, 1 / frequency).recurs:
             periodic.append(k)
             continue
+        if not keeps_phase(impacts.time, 1 / period):
+            unlocked.append(k)
+            continue
         kept.append(impacts)
         frequencies.append(frequency)
     if len(kept) < 2:
+        for k in unlocked:
+            refuse_unlocked(trains[k], 1 / periods[k])
         raise InvalidInput(
             "impacts", f"{len(trains)} trains, {len(periodic)} of them periodic",
             "two or more that are not",
             "Intervals that recur are too few numbers; measure where the motion is chaotic",
         )  # fmt: skip
-    return kept, frequencies, tuple(periodic)
+    return kept, frequencies, Aside(tuple(periodic), tuple(unlocked))
 
 
 class Asked(NamedTuple):
@@ -95,7 +99,7 @@ class Asked(NamedTuple):
 
 
 def fit_trains(
-    trains: list[Impacts], frequencies: list[float], periodic: tuple[int, ...], asked: Asked
+    trains: list[Impacts], frequencies: list[float], aside: Aside, asked: Asked
 ) -> MachineFit:
     """Fit each kind of machine to all trains, and describe the likeliest."""
     if min(asked.known.get("damping", 1.0), asked.known.get("amplitude", 1.0)) <= 0:
@@ -148,7 +152,7 @@ def fit_trains(
         for kind in asked.kinds
     }
     return machine_of_runs(
-        runs, _shared(best.problems[0].free, asked.common), best.joint.covariance, periodic,
+        runs, _shared(best.problems[0].free, asked.common), best.joint.covariance, aside,
         best.kind, odds, heard,
     )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,13 @@ MISFIT = 0.01
 """Of the p-value of all trains."""
 DECIDED = 100.0
 """Logarithm of the odds from which another kind is ruled out."""
+
+
+class Aside(NamedTuple):
+    """Places of trains that were left aside; see `MachineFit`."""
+
+    periodic: tuple[int, ...]
+    unlocked: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +54,8 @@ class MachineFit(Shown):
         trains tell.
     periodic : tuple of int
         Places of the trains that were left aside: their intervals recur and tell too little.
+    unlocked : tuple of int
+        And of those whose impacts come at all phases of the stated forcing alike.
     p_value : float
         Of all trains together, by Fisher's method from those of the runs.
     warnings : tuple of str
@@ -82,6 +92,7 @@ class MachineFit(Shown):
     logarithmic: tuple[bool, ...] = field(repr=False)
     runs: tuple[OscillatorFit, ...]
     periodic: tuple[int, ...]
+    unlocked: tuple[int, ...]
     p_value: float
     warnings: tuple[str, ...]
     kind: str
@@ -138,7 +149,7 @@ def machine_of_runs(
     runs: tuple[OscillatorFit, ...],
     shared: tuple[str, ...],
     covariance: np.ndarray,
-    periodic: tuple[int, ...],
+    aside: Aside,
     kind: str,
     log_odds: Mapping[str, float],
     heard: Echoes | None,
@@ -151,7 +162,8 @@ def machine_of_runs(
     shared : tuple of str
         Free parameters that all have in common, which come first in the covariance.
     covariance : ndarray
-    periodic : tuple of int
+    aside : Aside
+        The trains that were not used.
     """
     from scipy.special import gammaincc
 
@@ -172,8 +184,14 @@ def machine_of_runs(
     if undetermined:
         intervals = dict.fromkeys(shared, (-math.inf, math.inf))
         warnings.insert(0, not_determined(undetermined))
-    if periodic:
-        warnings.append(f"{len(periodic)} periodic trains left aside: they tell too little")
+    if aside.periodic:
+        warnings.append(f"{len(aside.periodic)} periodic trains left aside: they tell too little")
+    if aside.unlocked:
+        named = ", ".join(map(str, aside.unlocked))
+        warnings.append(
+            f"trains left aside (counted from 0): {named}. Their impacts come at all phases of the "
+            "forcing alike; check that their forcing_period is right to 0.2 %"
+        )
     if p_value <= MISFIT:
         warnings.append(
             "misfit: the trains are farther from simulated ones than these are from each other, "
@@ -189,7 +207,8 @@ def machine_of_runs(
         covariance[:count, :count],
         tuple(first.logarithmic[first.free.index(name)] for name in shared),
         runs,
-        periodic,
+        aside.periodic,
+        aside.unlocked,
         p_value,
         tuple(warnings),
         kind,

@@ -15,11 +15,12 @@ from matplotlib import pyplot
 
 from benchmarks import joint_fit
 from impactsig import InvalidInput, fit_oscillator, measure, scenes, simulate
+from impactsig.fitting import fit
 from impactsig.fitting._balance import Courses, Values, forcings
 from impactsig.fitting._followed import Followed, Seen
 from impactsig.fitting._path import course
 from impactsig.fitting._path_kernels import Chain
-from impactsig.fitting.machine import machine_of_runs
+from impactsig.fitting.machine import Aside, machine_of_runs
 from tests.fitting import NATURAL, chaos
 
 FREQUENCIES = (20.1, 20.3355)
@@ -169,7 +170,9 @@ def test_periodic_trains_are_left_aside_and_amplitudes_may_be_the_same():
 
 def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
     runs = tuple(replace(run, p_value=1 / 41) for run in fitted.runs)
-    found = machine_of_runs(runs, fitted.free, fitted.covariance, (), "rigid", {"rigid": 0.0}, None)
+    found = machine_of_runs(
+        runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}, None
+    )
     assert found.p_value == pytest.approx((1 + 2 * math.log(41)) / 41**2)  # of Fisher's two
     assert found.misfit
     assert "misfit" in found.warnings[-1]
@@ -195,6 +198,20 @@ def test_bad_input_is_named(case):
     trains, periods, options, told = BAD[case]
     with pytest.raises(InvalidInput, match=told):
         fit_oscillator(trains(), periods, **options)
+
+
+def test_trains_that_keep_no_phase_are_left_aside(monkeypatch):
+    seen = []
+
+    def kept(trains, frequencies, aside, asked):
+        seen[:] = [len(trains), aside]
+
+    monkeypatch.setattr(fit, "fit_trains", kept)
+    trains = [instants(20.1, 3, 150), instants(20.1, 5, 150), instants(20.3355, 4, 150)]
+    fit_oscillator(trains, [1 / 20.1, 1 / 21.7, 1 / 20.3355], **FULL)
+    assert seen == [2, ((), (1,))]
+    with pytest.raises(InvalidInput, match=r"forcing_period: .*all of its phases"):
+        fit_oscillator(trains, [1 / 21.7] * 3, **FULL)
 
 
 def test_periodic_trains_alone_are_refused():
