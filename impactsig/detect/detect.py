@@ -256,11 +256,8 @@ def detect_channel(
     choice("polarity", polarity, _SIGNS)
     if sensor is not None:
         choice("sensor", sensor, ("force", "sound"))
-    for name, value in (
-        ("merge_within", merge_within),
-        ("dead_time", dead_time),
-    ):
-        number(name, value, least=0)
+    merge_within = number("merge_within", merge_within, least=0)
+    dead_time = number("dead_time", dead_time, least=0)
     chosen = parse_threshold(threshold)
     level, relative = parse_contact_level(contact_level)
     span = parse_contact_time(contact_time)

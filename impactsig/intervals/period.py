@@ -122,7 +122,7 @@ def identify_period(
     period(2,2): 2 impacts in 2 forcing periods
     """
     global _answered
-    _check(impacts, forcing_period, max_periods, resolution)
+    forcing_period = _checked_period(impacts, forcing_period, max_periods, resolution)
     options = (forcing_period, max_periods, resolution)
     last = _answered
     if forcing is None and last and last.impacts() is impacts and last.options == options:
@@ -324,15 +324,17 @@ def _unknown(
     )
 
 
-def _check(
+def _checked_period(
     impacts: Impacts, forcing_period: float | None, max_periods: int, resolution: float
-) -> None:
+) -> float | None:
+    """The forcing period as a float; the other arguments are checked too."""
     instance("impacts", impacts, Impacts, "Impacts", "Impacts.from_times makes them of instants")
-    if forcing_period is not None:
-        number("forcing_period", forcing_period, "a positive time [s]", above=0)
     whole("max_periods", max_periods, 1)
     required = f"a positive share, {MOST_RESOLUTION} or less"
     number("resolution", resolution, required, above=0, most=MOST_RESOLUTION)
+    if forcing_period is None:
+        return None
+    return number("forcing_period", forcing_period, "a positive time [s]", above=0)
 
 
 def _is_intermittent(intervals: np.ndarray) -> bool:

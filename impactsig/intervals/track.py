@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import instance, whole
+from .._arguments import instance, number, whole
 from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ..impacts import Impacts
@@ -166,6 +166,8 @@ def track(
         raise InvalidInput(
             "forcing_period", None, "the forcing period [s]", "Or give the channel of the forcing"
         )
+    if forcing_period is not None:
+        forcing_period = number("forcing_period", forcing_period, "a positive time [s]", above=0)
     if len(impacts) < window:
         raise InvalidInput("impacts", f"{len(impacts)} impacts", f"{window} or more, a window")
 

@@ -12,10 +12,15 @@ from impactsig import (
     Impacts,
     InvalidInput,
     KelvinVoigt,
+    LoadCell,
     Recording,
     correlation_sum,
+    detect_impacts,
     flows,
+    identify_period,
     simulate,
+    synthesize,
+    track_period,
 )
 from impactsig._arguments import entries, number, path, reals, seed_sequence, whole
 
@@ -106,3 +111,17 @@ def test_public_functions_name_the_argument():
         Impacts([1.0, 2.0, 3.0], peak=MASKED)
     with pytest.raises(InvalidInput, match="stiffness:"):
         KelvinVoigt(np.bool_(True))
+
+
+@pytest.mark.parametrize("kind", [Decimal, Fraction])
+def test_what_is_computed_with_is_the_number_not_its_kind(kind):
+    train = Impacts.from_times(np.arange(0.05, 3.0, 0.1), duration=3.0)
+    period = kind(1) / kind(8)
+    assert identify_period(train, period) == identify_period(train, 0.125)
+    assert track_period(train, period, window=20).windows
+    record = synthesize(train, LoadCell(), full_scale=kind(2))
+    np.testing.assert_array_equal(
+        record.samples, synthesize(train, LoadCell(), full_scale=2.0).samples
+    )
+    found = detect_impacts(record, dead_time=period, merge_within=kind(0))
+    assert len(found) == len(train) // 2

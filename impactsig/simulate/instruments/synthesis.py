@@ -102,7 +102,7 @@ def synthesize(
         raise InvalidInput(
             "duration", length, f"a sample or more at {rate:g} Hz", "Give start and duration"
         )
-    _check_converter(bits, full_scale)
+    full_scale = _checked_converter(bits, full_scale)
     noise, phases = streams(seed, 2)
     samples = np.zeros(count)
     for one, own in parts:
@@ -263,14 +263,13 @@ def _pink(rng: np.random.Generator, rms: float, count: int, rate: float) -> np.n
     return samples
 
 
-def _check_converter(bits: int | None, full_scale: float | None) -> None:
-    if full_scale is not None:
-        number("full_scale", full_scale, above=0)
-    if bits is None:
-        return
-    whole("bits", bits, 2, 32)
-    if full_scale is None:
-        raise InvalidInput("full_scale", None, "the range of the converter, given with bits")
+def _checked_converter(bits: int | None, full_scale: float | None) -> float | None:
+    """The range of the converter as a float, where there is one."""
+    if bits is not None:
+        whole("bits", bits, 2, 32)
+        if full_scale is None:
+            raise InvalidInput("full_scale", None, "the range of the converter, given with bits")
+    return None if full_scale is None else number("full_scale", full_scale, above=0)
 
 
 def _convert(samples: np.ndarray, full_scale: float, bits: int | None) -> None:
