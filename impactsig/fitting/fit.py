@@ -190,7 +190,7 @@ def fit_oscillator(
     if common:
         raise InvalidInput("same_amplitude", True, "False with one train", "Give a list of trains")
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
-    refuse_unlocked(impacts, 1 / cast(float, forcing_period))
+    refuse_unlocked(impacts, 1 / float(cast(float, forcing_period)))
     used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
     strength = None if used is None else strengths_of(impacts, used)

@@ -71,14 +71,14 @@ def telling(trains: Sequence[Any], periods: Any) -> tuple[list[Impacts], list[fl
         if identify_period(impacts, 1 / frequency).recurs:
             periodic.append(k)
             continue
-        if not keeps_phase(impacts.time, 1 / period):
+        if not keeps_phase(impacts.time, 1 / float(period)):
             unlocked.append(k)
             continue
         kept.append(impacts)
         frequencies.append(frequency)
     if len(kept) < 2:
         for k in unlocked:
-            refuse_unlocked(trains[k], 1 / periods[k])
+            refuse_unlocked(trains[k], 1 / float(periods[k]))
         raise InvalidInput(
             "impacts", f"{len(trains)} trains, {len(periodic)} of them periodic",
             "two or more that are not",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from decimal import Decimal
 
 import matplotlib
 import numpy as np
@@ -208,7 +209,7 @@ def test_trains_that_keep_no_phase_are_left_aside(monkeypatch):
 
     monkeypatch.setattr(fit, "fit_trains", kept)
     trains = [instants(20.1, 3, 150), instants(20.1, 5, 150), instants(20.3355, 4, 150)]
-    fit_oscillator(trains, [1 / 20.1, 1 / 21.7, 1 / 20.3355], **FULL)
+    fit_oscillator(trains, [1 / Decimal("20.1"), 1 / 21.7, 1 / 20.3355], **FULL)
     assert seen == [2, ((), (1,))]
     with pytest.raises(InvalidInput, match=r"forcing_period: .*all of its phases"):
         fit_oscillator(trains, [1 / 21.7] * 3, **FULL)
