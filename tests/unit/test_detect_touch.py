@@ -24,15 +24,16 @@ def mean_edge(touch, power, noise, seed=0):
 def test_touch_of_an_edge_of_any_power(power, touch):
     z = []
     for seed in range(10):
-        found, variance = read_touch(mean_edge(touch, power, 2e-3, seed), 1.0, 0.1)
+        found, variance, steeper = read_touch(mean_edge(touch, power, 2e-3, seed), 1.0, 0.1)
         z.append((found - touch) / np.sqrt(variance))
         assert abs(found - touch) < 0.03
+        assert steeper == pytest.approx(max(-np.log(power), 0.0), abs=0.1)
     assert np.sqrt(np.mean(np.square(z))) < 1.6
 
 
 def test_touch_that_nothing_shows_is_where_it_is_expected():
-    found, variance = read_touch(np.zeros((STRETCHES, 3)), 1.0, 0.1)
-    assert found == 0.0
+    found, variance, steeper = read_touch(np.zeros((STRETCHES, 3)), 1.0, 0.1)
+    assert found == steeper == 0.0
     assert variance == pytest.approx(0.01)
 
 
