@@ -45,3 +45,11 @@ def test_intervals_between_clear_impacts_of_another_shape_are_as_exact_as_can_be
     assert len(rows) == 60
     off = np.diff([row["time"] / row["bound"] for row in rows]) / np.sqrt(2)
     assert np.sqrt(np.median(off**2) / 0.455) < 1.6
+
+
+def test_contacts_of_fifteen_samples_are_told_to_a_tenth_of_one_by_many():
+    # 0.13 samples were stated, three times what they are off by.
+    rows = errors("flat-topped", 50e3, 22, contact=3e-4)
+    off, stated = np.array([(row["contact_time"], row["contact_time_error"]) for row in rows]).T
+    assert np.median(stated) < 0.11 / 50e3
+    assert np.sqrt(np.mean((off / stated) ** 2)) < 1.25
