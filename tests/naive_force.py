@@ -47,14 +47,15 @@ def leading(crests, order, widths, explained):
     for index in order:
         centre, rung, height, sure = crests[index]
         width, rest = widths[int(rung)], height
-        least = max(0.5 * height, LEAST * height / sure)
+        noise = LEAST * height / sure
+        least = max(0.5 * height, noise)
         for other in kept:
             wide, apart = widths[int(crests[other, 1])], abs(crests[other, 0] - centre)
             if apart > 0.5 * (wide / MATCH + width):
                 continue
             if width < wide and apart < 0.5 * wide / MATCH:
                 narrow = width <= NARROW * wide
-                least = max(least, INSIDE * crests[other, 2] if narrow else np.inf)
+                least = max(least, INSIDE * crests[other, 2] + noise if narrow else np.inf)
             rest -= max(crests[other, 2] * explained(apart, width, wide), 0.0)
         if rest >= least:
             kept.append(index)

@@ -21,10 +21,9 @@ from .edges import ERRORS, FIT, SHARED
 from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
-BETWEEN, FEWEST = 0.6, 5.0
-"""Samples, over the clear pulses, or so many, and over the square of a steep edge's power: to no
-better is a touch read. Pulses begin anywhere between two samples: of n, one has a sample within
-1/n of its touch.
+BETWEEN, FEWEST = 0.7, 5.0
+"""Samples, over the clear pulses, or so many: to no better is a touch read that is not that of the
+family. Pulses begin anywhere between two samples: of n, one has a sample within 1/n of its touch.
 """
 COARSE, UNSEEN = 0.25, 0.075
 """Of a sample, over the samples of an edge: how far off its touch is for want of samples.
@@ -32,6 +31,9 @@ COARSE, UNSEEN = 0.25, 0.075
 Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
 shape, and where an edge of few samples turns into a flat top is not seen.
 """
+FEW_COARSE, STEEPER = 3.0, 0.15
+"""Samples on an edge from which that is less by the square of them; unless the logarithm of the
+power at its touch is less than the family's by so much: what is steep is not read so well."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -64,14 +66,16 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.sqrt(left)
-    start, start_variance = read_touch(edges[0], early, OFF_START * r / rise)
-    end, end_variance = read_touch(edges[1], late, OFF_END * r / fall)
-    start, end = start * rise, -end * fall
+    early_off, late_off = OFF_START * r / rise, OFF_END * r / fall
+    start, start_variance, rises = read_touch(edges[0], early, early_off)
+    end, end_variance, falls = read_touch(edges[1], late, late_off)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
     between = BETWEEN / max(clear, FEWEST)
-    first, last = between / min(early, 1.0) ** 2, between / min(late, 1.0) ** 2
+    first = between * min(math.hypot(start / early_off, rises / STEEPER), 1.0)
+    last = between * min(math.hypot(end / late_off, falls / STEEPER), 1.0)
+    start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
     crest, peak = crest_of(rest, math.sqrt(early * late))
@@ -90,9 +94,9 @@ def correct_misfit(rows, alike, x, origin, left, rest, timed):
         length = _length(row)
         _add_touches(
             row,
-            math.hypot(first, COARSE / _samples_on(rise * length)),
-            math.hypot(last, COARSE / _samples_on(fall * length)),
-            COARSE / _samples_on(rise * length),
+            math.hypot(first, _coarse(rise * length, rises)),
+            math.hypot(last, _coarse(fall * length, falls)),
+            _coarse(rise * length, rises),
             timed,
         )
         if row[FIT + UNIT] > 0.0:
@@ -122,6 +126,13 @@ def allow_for_unseen(rows, alike, hidden, timed):
 def _samples_on(edge):
     """Samples on an edge, one at least: a touch lies between two."""
     return max(edge, 1.0)
+
+
+@kernel
+def _coarse(edge, steeper):
+    """How far off a touch with a misfit is for want of samples on its edge [samples]."""
+    k = _samples_on(edge)
+    return COARSE / k * min(max(FEW_COARSE / k, steeper / STEEPER), 1.0)
 
 
 @kernel

@@ -158,6 +158,8 @@ def _descend(p, seen, room):
 def read_touch(edge, power, spread):
     """How far from 0 the touch of a mean edge lies, and the variance of that [edges].
 
+    And by how much the logarithm of its power is less than that of the fitted edge.
+
     Parameters
     ----------
     edge : array (STRETCHES, 3)
@@ -185,6 +187,7 @@ def read_touch(edge, power, spread):
     here, there = np.empty((TERMS, TERMS + 1)), np.empty((TERMS, TERMS + 1))
     room = (np.empty(TERMS), np.empty(TERMS), low, here, there)
     p, touch, variance, least = np.empty(TERMS), 0.0, spread * spread, np.inf
+    steeper = 0.0
     # Where a stretch enters the edge the cost has a kink: the least of several valleys.
     for begin in BEGINS:
         for i in range(TERMS):
@@ -199,4 +202,5 @@ def read_touch(edge, power, spread):
             invert(low, inverse)
             free = max(count - 3, 1)
             touch, variance, least = p[0], inverse[0, 0] * max(misfit / free, 1.0), cost
-    return touch, variance
+            steeper = max(about[0, 2] - p[2], 0.0)
+    return touch, variance, steeper

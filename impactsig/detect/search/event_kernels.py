@@ -220,7 +220,8 @@ def _leading(crests, order, widths, out):
     for index in order:
         centre, width = crests[index, 0], widths[int(crests[index, 1])]
         height = crests[index, 2]
-        rest, least = height, max(0.5 * height, LEAST * height / crests[index, 3])
+        sure = LEAST * height / crests[index, 3]
+        rest, least = height, max(0.5 * height, sure)
         reach = 0.5 * (widest / MATCH + width)
         place_of = _place_among(centres, kept, centre)
         before, after = place_of - 1, place_of
@@ -242,7 +243,8 @@ def _leading(crests, order, widths, out):
             if apart > 0.5 * (wide / MATCH + width):
                 continue
             if width < wide and apart < 0.5 * wide / MATCH:
-                least = max(least, INSIDE * high if width <= NARROW * wide else np.inf)
+                # More than another shape explains, and what noise does.
+                least = max(least, INSIDE * high + sure if width <= NARROW * wide else np.inf)
             if rest >= least:
                 rest -= max(high * explained(apart, width, wide), 0.0)
     return kept
