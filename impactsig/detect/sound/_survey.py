@@ -204,7 +204,7 @@ class Survey:
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
-        x, continued = self.gate.octaves(x, power, real, count)
+        x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
         blocks = -(-groups // PER)
         parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
         counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
