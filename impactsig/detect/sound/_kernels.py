@@ -196,24 +196,33 @@ def loudness(after, background, weights, frames, out):
 
 
 @njit(nogil=True)
-def least_step(x):
-    """Least nonzero difference of successive samples; infinite if hardly any differ."""
+def extremes(x):
+    """Least and greatest sample, and the least nonzero difference of two in a row.
+
+    That is infinite if hardly any differ.
+    """
     changes, done = 0, 1
-    leasts = np.full(SIDE_BY_SIDE, np.inf)
+    steps = np.full(SIDE_BY_SIDE, np.inf)
+    low, high = np.full(SIDE_BY_SIDE, np.float64(x[0])), np.full(SIDE_BY_SIDE, np.float64(x[0]))
     for i in range(1, len(x) - SIDE_BY_SIDE + 1, SIDE_BY_SIDE):
         now, before = x[i : i + SIDE_BY_SIDE], x[i - 1 : i - 1 + SIDE_BY_SIDE]
         for k in range(SIDE_BY_SIDE):
-            step = abs(now[k] - before[k])
+            value = np.float64(now[k])
+            step = abs(value - before[k])
             changes += step > 0.0
-            leasts[k] = step if 0.0 < step < leasts[k] else leasts[k]
+            steps[k] = step if 0.0 < step < steps[k] else steps[k]
+            low[k] = value if value < low[k] else low[k]
+            high[k] = value if value > high[k] else high[k]
         done = i + SIDE_BY_SIDE
-    least = leasts.min()
+    step, least, greatest = steps.min(), low.min(), high.max()
     for i in range(done, len(x)):
-        step = abs(x[i] - x[i - 1])
-        if step > 0.0:
+        value = np.float64(x[i])
+        least, greatest = min(least, value), max(greatest, value)
+        away = abs(value - x[i - 1])
+        if away > 0.0:
             changes += 1
-            least = min(least, step)
-    return least if changes >= CHANGES else np.inf
+            step = min(step, away)
+    return least, greatest, step if changes >= CHANGES else np.inf
 
 
 @njit(nogil=True)

@@ -25,7 +25,7 @@ from ._kernels import (
     Scale,
     both_sides,
     crests,
-    least_step,
+    extremes,
     loudness,
     octave_powers,
     octave_rise,
@@ -72,7 +72,8 @@ class Core(NamedTuple):
     """What is known of the samples of CORE frames, or fewer at the end of a segment."""
 
     blocks: int
-    greatest: float  # magnitude of a sample
+    least: float
+    greatest: float
     resolution: float  # of the numbers that hold the samples
     step: float  # least difference of two samples in a row; infinite if there is none
 
@@ -168,9 +169,9 @@ class Survey:
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
-    def add(self, window: Window, greatest: list[float]) -> None:
-        """Add the next window of the record, with the greatest magnitude in each of its cores."""
-        self.slabs.append(self._slab(window, greatest))
+    def add(self, window: Window, cores: list[Core]) -> None:
+        """Add the next window of the record, with its `cores_of`."""
+        self.slabs.append(self._slab(window, cores))
         while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
             self._settle()
 
@@ -179,7 +180,7 @@ class Survey:
         while self.done < len(self.slabs):
             self._settle()
 
-    def _slab(self, window: Window, greatest: list[float]) -> Slab:
+    def _slab(self, window: Window, cores: list[Core]) -> Slab:
         scale, (left, right) = self.scale, self.margin
         hop = scale.hop
         core = window.core
@@ -190,10 +191,6 @@ class Survey:
         half = len(x) // 2
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
-        cores = [
-            Core(-(-len(part) // (BLOCK * hop)), most, resolution_of(part.dtype), least_step(part))
-            for part, most in zip(cores_of(core, hop), greatest, strict=True)
-        ]
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
         bridged = self.gate.bridged(x, power, min(one.step for one in cores))
         if bridged is not None:
@@ -341,10 +338,10 @@ class Survey:
         begin = at
         for k in range(count):
             begins, ends = reaching(blocks, first + k, self.within)
-            _, greatest, resolution, _ = (max(column) for column in zip(*cores[begins:ends]))
-            step = min(core.step for core in cores[begins:ends])
-            toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
-            rounding = (resolution * greatest) ** 2
+            _, least, greatest, resolution, step = zip(*cores[begins:ends], strict=True)
+            toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
+            size = max(-min(least), max(greatest))
+            rounding = (max(resolution) * size) ** 2
             end = begin + blocks[first + k]
             near = slice(max(begin - self.within, 0), end + self.within)
             begin = end
@@ -358,7 +355,7 @@ class Survey:
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias)
-            leakage = max((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
+            leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []
         for noise, means in zip(noises, (octaves, low, bands), strict=True):
@@ -399,9 +396,14 @@ def window_size(scale: Scale) -> int:
     return max(LENGTH // (CORE * scale.hop), 1) * CORE * scale.hop
 
 
-def cores_of(samples: np.ndarray, hop: int) -> list[np.ndarray]:
-    """The samples of each core of a window."""
-    return [samples[k : k + CORE * hop] for k in range(0, len(samples), CORE * hop)]
+def cores_of(samples: np.ndarray, hop: int) -> list[Core]:
+    """The cores of a window."""
+    resolution, out = resolution_of(samples.dtype), []
+    for k in range(0, len(samples), CORE * hop):
+        part = samples[k : k + CORE * hop]
+        least, greatest, step = extremes(part)
+        out.append(Core(-(-len(part) // (BLOCK * hop)), least, greatest, resolution, step))
+    return out
 
 
 def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:

@@ -168,9 +168,11 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     samples, limits = 0, Limits()
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
-        ends = [limits.add(part) for part in cores_of(window.core, scale.hop)]
+        cores = cores_of(window.core, scale.hop)
+        least, greatest = min(one.least for one in cores), max(one.greatest for one in cores)
+        limits.add(window.core, least, greatest)
         refuse_huge(limits.least, limits.greatest)
-        survey.add(window, [max(-low, high) for low, high in ends])
+        survey.add(window, cores)
     survey.finish()
     return Surveyed(survey, limits, samples)
 
