@@ -124,7 +124,8 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
 def background(noise, per, means, first, nearby, out):
     """Background of band b in group first + g, from the means of neighbouring groups.
 
-    `noise` has a column for `per` groups. The greatest of 2, 4, 8 groups are made one of the other, and the last two cover all nearby.
+    `noise` has a column for `per` groups. The greatest of 2, 4, 8 groups are made one of the other,
+    and the last two cover all nearby.
     """
     groups, width = out.shape[1], 2 * nearby + 1
     begin, end = max(first - nearby, 0), min(first + groups + nearby, means.shape[1])

@@ -1,8 +1,9 @@
 """First pass over a sound record: rises of its power, in octaves and narrow bands.
 
 Frames wait until all that lies within four seconds after them has been seen, for the background is
-read from both sides. CORE frames share one noise, and a window holds one or more of these cores. What is kept of the whole record is small: a rise in narrow bands for every
-16 frames, a sample of the rise in octaves, and the crests of the latter.
+read from both sides. CORE frames share one noise, and a window holds one or more of these cores.
+What is kept of the whole record is small: a rise in narrow bands for every 16 frames, a sample of
+the rise in octaves, and the crests of the latter.
 """
 
 from __future__ import annotations
