@@ -407,30 +407,24 @@ def counting_as_one(squares, split, gain, lags):
     A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
     correlation at each lag before and after the split. A strong one shows in a single square.
     """
-    away = np.empty(len(squares))
+    spare = lags + LAGS  # zeros behind what is before the split, and behind what is after it
+    away, totals = np.zeros(len(squares) + 2 * spare), np.zeros(spare)
+    alone, together, at = 0.0, 1.0, _NONE
     for first, last in ((0, split), (split, len(squares))):
-        mean = 0.0
+        mean, end = 0.0, at + np.uint64(last - first)
         for i in range(first, last):
             mean += squares[i] / (last - first)
-        for i in range(first, last):
-            away[i] = squares[i] / mean - 1.0 if mean > 0.0 else 0.0
-    alone, together = 0.0, 1.0
-    for i in range(len(away)):
-        alone += away[i] * away[i]
+        for i in range(at, end):
+            away[i] = squares[i - at + np.uint64(first)] / mean - 1.0 if mean > 0.0 else 0.0
+            alone += away[i] * away[i]
+        for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
+            for i in range(at, end):
+                one, far = away[i], i + lag
+                for k in range(np.uint64(LAGS)):  # lags side by side, in vector lanes
+                    totals[lag + k] += one * away[far + k]
+        at = end + np.uint64(spare)
     if not alone > 0.0:
         return DEPENDENT
-    # Zeros follow what is before the split, and after it; so many lags lie side by side, in lanes.
-    at, apart = _NONE, np.zeros(len(away) + 2 * (lags + LAGS))
-    totals = np.zeros(lags + LAGS)
-    for first, last in ((0, split), (split, len(squares))):
-        for i in range(first, last):
-            apart[at + np.uint64(i - first)] = away[i]
-        for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
-            for i in range(at, at + np.uint64(last - first)):
-                one, far = apart[i], i + lag
-                for k in range(np.uint64(LAGS)):
-                    totals[lag + k] += one * apart[far + k]
-        at += np.uint64(last - first + lags + LAGS)
     for lag in range(1, lags + 1):
         together += 2.0 * max(totals[lag] / alone, 0.0)
     jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
