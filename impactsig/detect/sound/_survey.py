@@ -284,6 +284,7 @@ class Survey:
         passage.growth.append(self._growth(slab, bands, finer))
         passage.known.append(slab.known)
         self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer
+        slab.octaves = slab.low = slab.power = np.empty((0, 0))  # most of the memory
         self.done += 1
         if begin:
             del self.slabs[:begin]
