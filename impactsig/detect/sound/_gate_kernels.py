@@ -158,11 +158,16 @@ def hold(power, silent, past, held):
 @njit(nogil=True)
 def heard_shares(silent, first, hop, window, out):
     """Share of each squared window, centred on sample first + g hop, that is not silent."""
-    size, total = np.uint64(len(window)), 0.0
+    size = np.uint64(len(window))
     whole = size // _LANES * _LANES
-    squares, sums = np.empty(size), np.empty(SIDE_BY_SIDE)
+    squares, sums = np.empty(size), np.zeros(SIDE_BY_SIDE)
     for k in range(size):
         squares[k] = window[k] * window[k]
+    for at in range(_NONE, whole, _LANES):
+        for k in range(_NONE, _LANES):
+            sums[k] += squares[at + k]
+    total = sums.sum()  # in the order of what is heard, which is never more
+    for k in range(whole, size):
         total += squares[k]
     for g in range(len(out)):
         begin = np.uint64(first + g * hop - len(window) // 2)

@@ -90,7 +90,7 @@ def number_as_high(
 
 
 def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
-    """The greatest height at most `reach` before each place, or less after it."""
+    """The greatest height at most `reach` before each place, or less than that after it."""
     out = np.empty(len(place))
     greatest_about(place, height, reach, np.empty(len(place), np.int64), out)
     return out
