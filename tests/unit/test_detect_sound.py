@@ -17,9 +17,9 @@ from impactsig.detect.sound._bands import degrees_of_freedom
 from impactsig.detect.sound._decision import candidates
 from impactsig.detect.sound._doubt import Doubt
 from impactsig.detect.sound._kernels import EDGE, octave_powers
-from impactsig.detect.sound._survey import PER, SAMPLED, Survey
+from impactsig.detect.sound._survey import CORE, PER, SAMPLED, Survey, cores_of, window_size
 from impactsig.detect.sound._windows import windows
-from impactsig.detect.sound.sound import CORE, detect_sound, scale_at
+from impactsig.detect.sound.sound import detect_sound, scale_at
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED
 from tests import naive_sound
@@ -512,8 +512,8 @@ def test_stretches_with_a_gap_between_them_are_searched_each_for_itself():
 def surveyed(x, rate):
     scale = scale_at(rate)
     survey = Survey(scale, rate)
-    for window in windows([Piece(0, x)], CORE * scale.hop):
-        survey.add(window, float(np.abs(window.core).max()))
+    for window in windows([Piece(0, x)], window_size(scale)):
+        survey.add(window, cores_of(window.core, scale.hop))
     survey.finish()
     return survey
 

@@ -80,7 +80,7 @@ def test_background_is_40_db_below_the_strongest_nearby():
     means = np.full((1, 100), 1e-6)
     means[0, 50] = 2.0
     out = np.empty((1, 40))
-    background(np.array([1e-6]), means, 30, 10, out)
+    background(np.array([[1e-6]]), 100, means, 30, 10, out)
     assert np.all(out[0, 10:31] == 2e-4)
     assert np.all(out[0, :10] == 1e-6)
     assert np.all(out[0, 31:] == 1e-6)
@@ -90,11 +90,12 @@ def test_background_is_40_db_below_the_strongest_nearby():
 def test_background_follows_the_strongest_nearby_wherever_it_is_asked_for(first, nearby):
     rng = np.random.default_rng(0)
     means = rng.exponential(1.0, (5, 100)) * rng.choice([1.0, 1e6], (5, 100))
-    noise, out = rng.exponential(1.0, 5), np.empty((5, 40))
-    background(noise, means, first, nearby, out)
+    noise, out = rng.exponential(1.0, (5, 3)), np.empty((5, 40))
+    background(noise, 16, means, first, nearby, out)
     for g in range(40):
         near = means[:, max(first + g - nearby, 0) : first + g + nearby + 1]
-        np.testing.assert_array_equal(out[:, g], np.maximum(noise, RANGE * near.max(axis=1)))
+        own = noise[:, g // 16]
+        np.testing.assert_array_equal(out[:, g], np.maximum(own, RANGE * near.max(axis=1)))
 
 
 def test_means_are_of_what_is_heard_or_of_all():

@@ -10,7 +10,12 @@ from benchmarks.recordings import score
 from benchmarks.sound_timing import pink
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._band_kernels import band_growth
-from impactsig.detect.sound._nearby import greatest_within, number_as_high, ranked
+from impactsig.detect.sound._nearby import (
+    greatest_near,
+    greatest_within,
+    number_as_high,
+    ranked,
+)
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050
@@ -146,6 +151,17 @@ def test_ranked_values_are_those_of_sorted_windows(kind):
     for a, b, r, one in zip(first, last, rank, found, strict=True):
         assert one == (np.sort(values[a:b])[r] if 0 <= r < b - a else 0.0)
     assert ranked(values[:0], first[:1] * 0, first[:1] * 0, rank[:1] * 0) == [0.0]
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.5, 3.0, 3.7, 1e6])
+@pytest.mark.parametrize("count", [0, 1, 300])
+def test_the_greatest_height_from_reach_before_until_reach_after(count, reach):
+    rng = np.random.default_rng(7)
+    place, height = np.cumsum(rng.integers(1, 9, count)), rng.integers(0, 9, count) / 2.0
+    near = [
+        height[(place >= at - reach) & (place < at + reach) | (place == at)].max() for at in place
+    ]
+    np.testing.assert_array_equal(greatest_near(place, height, reach), near)
 
 
 def test_the_greatest_within_reach_is_that_of_padded_values():

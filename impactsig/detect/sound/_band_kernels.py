@@ -121,10 +121,11 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
 
 
 @njit(nogil=True)
-def background(noise, means, first, nearby, out):
+def background(noise, per, means, first, nearby, out):
     """Background of band b in group first + g, from the means of neighbouring groups.
 
-    The greatest of 2, 4, 8 groups are made one of the other, and the last two cover all nearby.
+    `noise` has a column for `per` groups. The greatest of 2, 4, 8 groups are made one of the other,
+    and the last two cover all nearby.
     """
     groups, width = out.shape[1], 2 * nearby + 1
     begin, end = max(first - nearby, 0), min(first + groups + nearby, means.shape[1])
@@ -144,7 +145,7 @@ def background(noise, means, first, nearby, out):
         ahead = near[width - within :]
         for g in range(groups):
             strongest = near[g] if near[g] > ahead[g] else ahead[g]
-            out[b, g] = max(noise[b], RANGE * strongest)
+            out[b, g] = max(noise[b, g // per], RANGE * strongest)
 
 
 @njit(nogil=True)

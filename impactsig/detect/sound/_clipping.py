@@ -26,9 +26,8 @@ class Limits:
     at_greatest: int = 0
     seen: int = 0
 
-    def add(self, samples: np.ndarray) -> tuple[float, float]:
-        """Add the next samples; their least and greatest."""
-        least, greatest = float(samples.min()), float(samples.max())
+    def add(self, samples: np.ndarray, least: float, greatest: float) -> None:
+        """Add the next samples, between their least and greatest."""
         if least < self.least:
             self.least, self.at_least = least, 0
         if greatest > self.greatest:
@@ -37,7 +36,6 @@ class Limits:
         self.seen += len(some)
         self.at_least += int(np.count_nonzero(some == self.least))
         self.at_greatest += int(np.count_nonzero(some == self.greatest))
-        return least, greatest
 
     @property
     def size(self) -> float:

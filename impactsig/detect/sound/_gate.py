@@ -58,11 +58,16 @@ class Gate:
         return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
 
     def octaves(
-        self, x: np.ndarray, power: np.ndarray, real: tuple[int, int], core: int
+        self,
+        x: np.ndarray,
+        power: np.ndarray,
+        real: tuple[int, int],
+        core: int,
+        scratch: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Samples with ramps, and the powers of their frames; `core` of these lie in the window.
 
-        Frames are silent only between those of `real`.
+        Frames are silent only between those of `real`. `scratch` is that of `octave_powers`.
         """
         hop, past = self.scale.hop, self.scale.past
         next_held = min(core + past + 1, power.shape[1] - 1)  # a silence there has its power
@@ -76,8 +81,7 @@ class Gate:
             if closed.any():
                 x, power = x.astype(float), np.empty_like(power)
                 soften(x, self.silent, round(RAMP * self.rate))
-                scratch = np.empty((3, len(x) // 2))
-                octave_powers(x, len(power), scratch[0], scratch[1], scratch[2], power)
+                octave_powers(x, len(power), *scratch, power)
                 hold(power, closed, past, self.octaves_held)
             else:
                 self.silent = None
@@ -95,7 +99,7 @@ class Gate:
         share = np.empty(power.shape[1])
         heard_shares(self.silent, left, GROUP * self.scale.hop, self.bands.window, share)
         power = power.copy()
-        closes = np.diff(share, prepend=self.share) < 0.0
+        closes = share < np.append(self.share, share[:-1])
         hold_bands(power, share, closes, self.bands_held)
         self.share = share[-1]
         return power, closes

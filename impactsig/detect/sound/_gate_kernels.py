@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..._compiled import njit
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
 BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
+SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
+_NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
 
 
 @njit(nogil=True)
@@ -16,7 +20,12 @@ def silent_frames(power, first, last, out):
     out[:] = False
     run = 0
     for j in range(first, last + 1):
-        if j < last and not power[:, j].any():
+        closed = j < last
+        for b in range(power.shape[0]):
+            if not closed or power[b, j] != 0.0:
+                closed = False
+                break
+        if closed:
             run += 1
             continue
         if run >= CLOSED:
@@ -39,8 +48,10 @@ def silent_samples(x, silent, hop, out):
         first, begin = j, j * hop
         while j < len(silent) and silent[j]:
             j += 1
-        end = j * hop
-        if (x[begin:end] != x[begin]).any():
+        end, changes = j * hop, 0
+        for i in range(np.uint64(begin + 1), np.uint64(end)):  # in vector lanes
+            changes += x[i] != x[begin]
+        if changes:
             silent[first:j] = False
             continue
         while begin > 0 and x[begin - 1] == x[begin]:
@@ -83,12 +94,19 @@ def bridge(x, shortest, longest, step, out):
     These are from `shortest` to before `longest` equal samples. On both sides some of the next
     BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
     impact: where the first is as far off, the second is not as far from it. What equals the least
-    or the greatest sample is clipped, no silence. Returns their number.
+    or the greatest sample is clipped, no silence. Returns their number; `out` is filled if there
+    are any.
     """
-    out[:] = x
-    count, off, i = 0, STEPS * step, BESIDE
-    least, greatest = x.min(), x.max()
+    count, off, i, looked = 0, STEPS * step, BESIDE, 0
+    least, greatest = x[0], x[0]
     while i < len(x) - BESIDE:
+        if i >= looked:  # whether any of the next ones equals that before it, in vector lanes
+            looked, equal = min(i + SIDE_BY_SIDE, len(x) - 1), 0
+            for k in range(np.uint64(i), np.uint64(looked)):
+                equal += x[k + _ONE] == x[k]
+            if equal == 0:
+                i = looked
+                continue
         begin = i
         i += 1
         while i < len(x) and x[i] == x[begin]:
@@ -96,8 +114,6 @@ def bridge(x, shortest, longest, step, out):
         if i - begin < shortest or i - begin >= longest or len(x) - i < BESIDE:
             continue
         base, last = x[begin], x[i]
-        if base in (least, greatest):
-            continue
         before = after = 0.0
         for k in range(BESIDE):
             before = max(before, abs(x[begin - 1 - k] - base))
@@ -110,6 +126,12 @@ def bridge(x, shortest, longest, step, out):
         jump = abs(last - base)
         if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
             continue
+        if least == greatest:
+            least, greatest = x.min(), x.max()
+        if base in (least, greatest):
+            continue
+        if count == 0:
+            out[:] = x
         for k in range(begin, i):
             share = (k - begin + 1.0) / (i - begin + 1.0)
             out[k] = (1.0 - share) * x[begin - 1] + share * last
@@ -136,24 +158,32 @@ def hold(power, silent, past, held):
 @njit(nogil=True)
 def heard_shares(silent, first, hop, window, out):
     """Share of each squared window, centred on sample first + g hop, that is not silent."""
-    total = 0.0
-    for k in range(len(window)):
-        total += window[k] * window[k]
-    counted, begin, end = 0, first - len(window) // 2, first - len(window) // 2
+    size = np.uint64(len(window))
+    whole = size // _LANES * _LANES
+    squares, sums = np.empty(size), np.zeros(SIDE_BY_SIDE)
+    for k in range(size):
+        squares[k] = window[k] * window[k]
+    for at in range(_NONE, whole, _LANES):
+        for k in range(_NONE, _LANES):
+            sums[k] += squares[at + k]
+    total = sums.sum()  # in the order of what is heard, which is never more
+    for k in range(whole, size):
+        total += squares[k]
     for g in range(len(out)):
-        while begin < first + g * hop - len(window) // 2:
-            counted -= silent[begin]
-            begin += 1
-        while end < begin + len(window):
-            counted += silent[end]
-            end += 1
+        begin = np.uint64(first + g * hop - len(window) // 2)
+        counted = 0
+        for k in range(size):  # in vector lanes, as what follows
+            counted += silent[begin + k]
         if counted == 0 or counted == len(window):
             out[g] = 1.0 if counted == 0 else 0.0
             continue
-        heard = 0.0
-        for k in range(len(window)):
-            if not silent[begin + k]:
-                heard += window[k] * window[k]
+        sums[:] = 0.0
+        for at in range(_NONE, whole, _LANES):
+            for k in range(_NONE, _LANES):
+                sums[k] += 0.0 if silent[begin + at + k] else squares[at + k]
+        heard = sums.sum()
+        for k in range(whole, size):
+            heard += 0.0 if silent[begin + k] else squares[k]
         out[g] = heard / total
 
 

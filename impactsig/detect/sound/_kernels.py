@@ -25,6 +25,7 @@ CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filt
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
 SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
+LAGS = 8  # that are summed in vector lanes
 TOGETHER = 512  # frames whose sums stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
@@ -146,15 +147,31 @@ def both_sides(power, first, count, scale, after, before):
             later, earlier = after[b, begin : begin + size], before[b, begin : begin + size]
             later[:] = 0.0
             earlier[:] = 0.0
-            # Frame by frame in the inner loop: it runs in vector lanes.
-            for k in range(scale.forward):
+            # Frame by frame in the inner loop: it runs in vector lanes; four at a time.
+            k = 0
+            while k + 4 <= scale.forward:
+                w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+                row = power[b, at + k : at + k + size + 3]
+                for j in range(size):
+                    first_two = later[j] + w0 * row[j] + w1 * row[j + 1]
+                    later[j] = first_two + w2 * row[j + 2] + w3 * row[j + 3]
+                k += 4
+            while k < scale.forward:
                 row = power[b, at + k : at + k + size]
                 for j in range(size):
                     later[j] += weights[k] * row[j]
-            for k in range(1, scale.past + 1):
+                k += 1
+            k = 1
+            while k + 3 <= scale.past:
+                row = power[b, at - k - 3 : at - k + size]
+                for j in range(size):
+                    earlier[j] = earlier[j] + row[j + 3] + row[j + 2] + row[j + 1] + row[j]
+                k += 4
+            while k <= scale.past:
                 row = power[b, at - k : at - k + size]
                 for j in range(size):
                     earlier[j] += row[j]
+                k += 1
             for j in range(size):
                 earlier[j] /= scale.past
 
@@ -196,24 +213,33 @@ def loudness(after, background, weights, frames, out):
 
 
 @njit(nogil=True)
-def least_step(x):
-    """Least nonzero difference of successive samples; infinite if hardly any differ."""
+def extremes(x):
+    """Least and greatest sample, and the least nonzero difference of two in a row.
+
+    That is infinite if hardly any differ.
+    """
     changes, done = 0, 1
-    leasts = np.full(SIDE_BY_SIDE, np.inf)
+    steps = np.full(SIDE_BY_SIDE, np.inf)
+    low, high = np.full(SIDE_BY_SIDE, np.float64(x[0])), np.full(SIDE_BY_SIDE, np.float64(x[0]))
     for i in range(1, len(x) - SIDE_BY_SIDE + 1, SIDE_BY_SIDE):
         now, before = x[i : i + SIDE_BY_SIDE], x[i - 1 : i - 1 + SIDE_BY_SIDE]
         for k in range(SIDE_BY_SIDE):
-            step = abs(now[k] - before[k])
+            value = np.float64(now[k])
+            step = abs(value - before[k])
             changes += step > 0.0
-            leasts[k] = step if 0.0 < step < leasts[k] else leasts[k]
+            steps[k] = step if 0.0 < step < steps[k] else steps[k]
+            low[k] = value if value < low[k] else low[k]
+            high[k] = value if value > high[k] else high[k]
         done = i + SIDE_BY_SIDE
-    least = leasts.min()
+    step, least, greatest = steps.min(), low.min(), high.max()
     for i in range(done, len(x)):
-        step = abs(x[i] - x[i - 1])
-        if step > 0.0:
+        value = np.float64(x[i])
+        least, greatest = min(least, value), max(greatest, value)
+        away = abs(value - x[i - 1])
+        if away > 0.0:
             changes += 1
-            least = min(least, step)
-    return least if changes >= CHANGES else np.inf
+            step = min(step, away)
+    return least, greatest, step if changes >= CHANGES else np.inf
 
 
 @njit(nogil=True)
@@ -245,6 +271,25 @@ def greatest_between(values, first, last, out):
         for i in range(first[k], last[k]):
             if out[k] < 0 or values[i] > values[out[k]]:
                 out[k] = i
+
+
+@njit(nogil=True)
+def greatest_about(place, height, reach, queue, out):
+    """out[k]: the greatest height from place[k] - reach to before place[k] + reach, and at it.
+
+    Places ascend. `queue`, with room for all, holds those ahead that no later one exceeds.
+    """
+    first = last = end = 0
+    for k in range(len(place)):
+        while end < len(place) and (place[end] < place[k] + reach or end == k):
+            while last > first and height[queue[last - 1]] <= height[end]:
+                last -= 1
+            queue[last] = end
+            last += 1
+            end += 1
+        while place[queue[first]] < place[k] - reach:
+            first += 1
+        out[k] = height[queue[first]]
 
 
 @njit(nogil=True)
@@ -362,24 +407,26 @@ def counting_as_one(squares, split, gain, lags):
     A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
     correlation at each lag before and after the split. A strong one shows in a single square.
     """
-    away = np.empty(len(squares))
+    spare = lags + LAGS  # zeros behind what is before the split, and behind what is after it
+    away, totals = np.zeros(len(squares) + 2 * spare), np.zeros(spare)
+    alone, together, at = 0.0, 1.0, _NONE
     for first, last in ((0, split), (split, len(squares))):
-        mean = 0.0
+        mean, end = 0.0, at + np.uint64(last - first)
         for i in range(first, last):
             mean += squares[i] / (last - first)
-        for i in range(first, last):
-            away[i] = squares[i] / mean - 1.0 if mean > 0.0 else 0.0
-    alone, together = 0.0, 1.0
-    for i in range(len(away)):
-        alone += away[i] * away[i]
+        for i in range(at, end):
+            away[i] = squares[i - at + np.uint64(first)] / mean - 1.0 if mean > 0.0 else 0.0
+            alone += away[i] * away[i]
+        for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
+            for i in range(at, end):
+                one, far = away[i], i + lag
+                for k in range(np.uint64(LAGS)):  # lags side by side, in vector lanes
+                    totals[lag + k] += one * away[far + k]
+        at = end + np.uint64(spare)
     if not alone > 0.0:
         return DEPENDENT
     for lag in range(1, lags + 1):
-        total = 0.0
-        for first, last in ((0, split), (split, len(squares))):
-            for i in range(first, last - lag):
-                total += away[i] * away[i + lag]
-        together += 2.0 * max(total / alone, 0.0)
+        together += 2.0 * max(totals[lag] / alone, 0.0)
     jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
     return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
 

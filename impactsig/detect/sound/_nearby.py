@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP, as_high_near, ranked_between
+from ._kernels import GROUP, as_high_near, greatest_about, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
@@ -90,11 +90,10 @@ def number_as_high(
 
 
 def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
-    """The greatest height at most `reach` away from each place."""
-    first, last = np.searchsorted(place, (place - reach, place + reach))
-    padded = np.append(height, -np.inf)
-    ends = np.stack((first, last), axis=1).ravel()
-    return np.asarray(np.maximum(height, np.maximum.reduceat(padded, ends)[::2]))
+    """The greatest height at most `reach` before each place, or less than that after it."""
+    out = np.empty(len(place))
+    greatest_about(place, height, reach, np.empty(len(place), np.int64), out)
+    return out
 
 
 def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:

@@ -1,8 +1,9 @@
 """First pass over a sound record: rises of its power, in octaves and narrow bands.
 
 Frames wait until all that lies within four seconds after them has been seen, for the background is
-read from both sides. What is kept of the whole record is small: a rise in narrow bands for every
-16 frames, a sample of the rise in octaves, and the crests of the latter.
+read from both sides. CORE frames share one noise, and a window holds one or more of these cores.
+What is kept of the whole record is small: a rise in narrow bands for every 16 frames, a sample of
+the rise in octaves, and the crests of the latter.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +26,7 @@ from ._kernels import (
     Scale,
     both_sides,
     crests,
-    least_step,
+    extremes,
     loudness,
     octave_powers,
     octave_rise,
@@ -36,6 +38,8 @@ from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
 from ._windows import Window
 
+CORE = 64 * BLOCK  # frames that share one noise
+LENGTH = 1 << 17  # samples of a window, unless a core is longer
 PER = BLOCK // GROUP  # frames of the narrow bands that share one background
 PART = 8  # frames of the octaves that share one power that the background is read from
 SAMPLED = 16  # frames of the octaves, one of which is kept
@@ -65,6 +69,16 @@ class Passage:
     silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
 
 
+class Core(NamedTuple):
+    """What is known of the samples of CORE frames, or fewer at the end of a segment."""
+
+    blocks: int
+    least: float
+    greatest: float
+    resolution: float  # of the numbers that hold the samples
+    step: float  # least difference of two samples in a row; infinite if there is none
+
+
 @dataclass
 class Slab:
     """Powers of a window of the record, until its background is known."""
@@ -88,9 +102,7 @@ class Slab:
     means: np.ndarray  # (bands, BLOCKs)
     means_sound: np.ndarray
     silent: np.ndarray  # (GROUPs,)
-    greatest: float  # magnitude of a sample
-    resolution: float  # of the numbers that hold the samples
-    step: float  # least difference of two samples in a row; infinite if there is none
+    cores: list[Core]
 
     @property
     def blocks(self) -> int:
@@ -158,9 +170,9 @@ class Survey:
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
-    def add(self, window: Window, greatest: float) -> None:
-        """Add the next window of the record, with the greatest magnitude in its core."""
-        self.slabs.append(self._slab(window, greatest))
+    def add(self, window: Window, cores: list[Core]) -> None:
+        """Add the next window of the record, with its `cores_of`."""
+        self.slabs.append(self._slab(window, cores))
         while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
             self._settle()
 
@@ -169,7 +181,7 @@ class Survey:
         while self.done < len(self.slabs):
             self._settle()
 
-    def _slab(self, window: Window, greatest: float) -> Slab:
+    def _slab(self, window: Window, cores: list[Core]) -> Slab:
         scale, (left, right) = self.scale, self.margin
         hop = scale.hop
         core = window.core
@@ -180,9 +192,8 @@ class Survey:
         half = len(x) // 2
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
-        step = least_step(core)
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
-        bridged = self.gate.bridged(x, power, step)
+        bridged = self.gate.bridged(x, power, min(one.step for one in cores))
         if bridged is not None:
             x = bridged
             octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
@@ -191,7 +202,7 @@ class Survey:
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
-        x, continued = self.gate.octaves(x, power, real, count)
+        x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
         blocks = -(-groups // PER)
         parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
         counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
@@ -235,23 +246,14 @@ class Survey:
             means,
             sounding,
             silent[2 : groups + 2],
-            greatest,
-            resolution_of(core.dtype),
-            step,
+            cores,
         )
 
     def _settle(self) -> None:
         """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
-        begin, end, at, later = self.done, self.done + 1, 0, 0
-        while begin > 0 and at < self.within:
-            begin -= 1
-            at += self.slabs[begin].blocks
-        while end < len(self.slabs) and later < self.within:
-            later += self.slabs[end].blocks
-            end += 1
-        beside = self.slabs[begin:end]
-        octaves, low, bands = self._backgrounds(beside, at, slab.blocks)
+        begin, end = reaching([one.blocks for one in self.slabs], self.done, self.within)
+        octaves, low, bands = self._backgrounds(self.slabs[begin:end], self.done - begin)
         if self.sides.shape[2] != slab.frames:
             self.sides = np.empty((2, self.scale.octaves, slab.frames))
         after, before = self.sides
@@ -282,6 +284,7 @@ class Survey:
         passage.growth.append(self._growth(slab, bands, finer))
         passage.known.append(slab.known)
         self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer
+        slab.octaves = slab.low = slab.power = np.empty((0, 0))  # most of the memory
         self.done += 1
         if begin:
             del self.slabs[:begin]
@@ -319,38 +322,47 @@ class Survey:
         out[frames] = grown
         return out
 
-    def _backgrounds(self, beside: list[Slab], at: int, blocks: int) -> list[np.ndarray]:
-        """Of octaves and of narrow bands, in the blocks of the slab that begins with block `at`."""
-        near = slice(max(at - self.within, 0), at + blocks + self.within)
-        near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
-        greatest = resolution = 0.0
-        step = math.inf
-        for slab in beside:
-            greatest, step = max(greatest, slab.greatest), min(step, slab.step)
-            resolution = max(resolution, slab.resolution)
-        toggling = TOGGLING * step**2 if math.isfinite(step) else 0.0
-        parts = np.concatenate([slab.parts for slab in beside], axis=1)[:, near_parts]
-        sound = np.concatenate([slab.parts_sound for slab in beside])[near_parts]
-        noise = noise_power(parts, sound, self.part_bias)
-        self.noise.append(noise)
-        self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
-        noise = np.maximum(noise, toggling * self.gains)
-        rounding = (resolution * greatest) ** 2
-        octaves = np.concatenate([slab.levels for slab in beside], axis=1)
-        found = [(np.maximum(noise, rounding), octaves)]
-        low = np.concatenate([slab.low_levels for slab in beside], axis=1)
-        sound = np.concatenate([slab.means_sound for slab in beside])[near]
-        lowest = noise_power(low[:, near], sound, self.rises.level_bias)
-        # White noise of rounding or of a step is about as strong in the next octaves.
-        found.append((np.maximum(lowest, max(rounding, toggling * self.gains[-1])), low))
-        bands = np.concatenate([slab.means for slab in beside], axis=1)
-        noise = noise_power(bands[:, near], sound, self.mean_bias)
-        leakage = max((ROUNDING * greatest) ** 2, toggling) * self.bands.gain
-        found.append((np.maximum(noise, leakage), bands))
+    def _backgrounds(self, beside: list[Slab], which: int) -> list[np.ndarray]:
+        """Of octaves and of narrow bands, in the blocks of one of these slabs."""
+        parts, octaves, low, bands = (
+            np.concatenate([getattr(slab, name) for slab in beside], axis=1)
+            for name in ("parts", "levels", "low_levels", "means")
+        )
+        parts_sound, sound = (
+            np.concatenate([getattr(slab, name) for slab in beside])
+            for name in ("parts_sound", "means_sound")
+        )
+        cores = [core for slab in beside for core in slab.cores]
+        blocks = [core.blocks for core in cores]
+        first = sum(len(slab.cores) for slab in beside[:which])
+        at, count = sum(blocks[:first]), len(beside[which].cores)
+        noises = [np.empty((len(means), count)) for means in (octaves, low, bands)]
+        begin = at
+        for k in range(count):
+            begins, ends = reaching(blocks, first + k, self.within)
+            _, least, greatest, resolution, step = zip(*cores[begins:ends], strict=True)
+            toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
+            size = max(-min(least), max(greatest))
+            rounding = (max(resolution) * size) ** 2
+            end = begin + blocks[first + k]
+            near = slice(max(begin - self.within, 0), end + self.within)
+            begin = end
+            near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
+            noise = noise_power(parts[:, near_parts], parts_sound[near_parts], self.part_bias)
+            self.noise.append(noise)
+            self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
+            noise = np.maximum(noise, toggling * self.gains)
+            noises[0][:, k] = np.maximum(noise, rounding)
+            noise = noise_power(low[:, near], sound[near], self.rises.level_bias)
+            # White noise of rounding or of a step is about as strong in the next octaves.
+            noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
+            noise = noise_power(bands[:, near], sound[near], self.mean_bias)
+            leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
+            noises[2][:, k] = np.maximum(noise, leakage)
         out = []
-        for noise, means in found:
-            out.append(np.empty((len(noise), blocks)))
-            background(noise, means, at, self.nearby, out[-1])
+        for noise, means in zip(noises, (octaves, low, bands), strict=True):
+            out.append(np.empty((len(noise), beside[which].blocks)))
+            background(noise, CORE // BLOCK, means, at, self.nearby, out[-1])
         return out
 
     def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
@@ -379,6 +391,33 @@ class Survey:
         end = np.arange(len(rise) - 2 * spacing, len(rise))
         if end[0] >= 0:
             self.tail_loud = self._loudness(background, end)
+
+
+def window_size(scale: Scale) -> int:
+    """Samples of a window, in whole cores."""
+    return max(LENGTH // (CORE * scale.hop), 1) * CORE * scale.hop
+
+
+def cores_of(samples: np.ndarray, hop: int) -> list[Core]:
+    """The cores of a window."""
+    resolution, out = resolution_of(samples.dtype), []
+    for k in range(0, len(samples), CORE * hop):
+        part = samples[k : k + CORE * hop]
+        least, greatest, step = extremes(part)
+        out.append(Core(-(-len(part) // (BLOCK * hop)), least, greatest, resolution, step))
+    return out
+
+
+def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
+    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
+    begin, end, before, after = which, which + 1, 0, 0
+    while begin > 0 and before < within:
+        begin -= 1
+        before += blocks[begin]
+    while end < len(blocks) and after < within:
+        after += blocks[end]
+        end += 1
+    return begin, end
 
 
 def octave_weights(scale: Scale) -> np.ndarray:

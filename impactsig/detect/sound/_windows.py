@@ -35,7 +35,26 @@ class Window(NamedTuple):
             last = after[-1] if len(after) else self.core[-1]
             parts.append(np.full(right - len(after), last))
         end = begin + len(before) + len(self.core) + len(after)
-        return np.concatenate(parts), (begin, end)
+        return joined(parts), (begin, end)
+
+
+def joined(parts: list[np.ndarray]) -> np.ndarray:
+    """The parts as one array: a view of that in which they follow each other, if there is one."""
+    parts = [part for part in parts if len(part)]
+    whole = parts[0].base
+    if not isinstance(whole, np.ndarray) or whole.ndim != 1 or not whole.flags.carray:
+        return np.concatenate(parts)
+    first = at = _address(parts[0])
+    for part in parts:
+        if part.base is not whole or part.dtype != whole.dtype or _address(part) != at:
+            return np.concatenate(parts)
+        at += part.nbytes
+    begin = (first - _address(whole)) // whole.itemsize
+    return whole[begin : begin + (at - first) // whole.itemsize]
+
+
+def _address(samples: np.ndarray) -> int:
+    return int(samples.__array_interface__["data"][0])
 
 
 def windows(pieces: Iterable[Piece], size: int) -> Iterator[Window]:

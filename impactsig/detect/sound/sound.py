@@ -57,9 +57,9 @@ from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
 from ._doubt import Doubt
-from ._kernels import BLOCK, GROUP, Scale, measure
+from ._kernels import GROUP, Scale, measure
 from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
-from ._survey import Survey
+from ._survey import Survey, cores_of, window_size
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -72,7 +72,6 @@ LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed i
 SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
-CORE = 64 * BLOCK  # frames of a window
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
@@ -139,7 +138,7 @@ def detect_sound(
     found, clicks = search(gathered, pieces, rate, scale, least_probability)
     if not clicks:
         return found
-    places, values = repairs(windows(pieces(), CORE * scale.hop), rate)
+    places, values = repairs(windows(pieces(), window_size(scale)), rate)
 
     def mended() -> Iterable[Piece]:
         return repaired(pieces(), places, values)
@@ -167,11 +166,13 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     """Go through the record for the first time."""
     survey = Survey(scale, rate)
     samples, limits = 0, Limits()
-    for window in windows(pieces(), CORE * scale.hop):
+    for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
-        low, high = limits.add(window.core)
+        cores = cores_of(window.core, scale.hop)
+        least, greatest = min(one.least for one in cores), max(one.greatest for one in cores)
+        limits.add(window.core, least, greatest)
         refuse_huge(limits.least, limits.greatest)
-        survey.add(window, max(-low, high))
+        survey.add(window, cores)
     survey.finish()
     return Surveyed(survey, limits, samples)
 
@@ -200,11 +201,12 @@ def search(
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single = [np.empty(0, np.bool_)]
     more = math.ceil(BESIDE * rate / scale.hop)
-    for window in windows(pieces() if chosen else [], CORE * scale.hop):
+    size = window_size(scale)
+    for window in windows(pieces() if chosen else [], size):
         if window.segment not in chosen:
             continue
         passage, first = chosen[window.segment], window.first // scale.hop
-        here = slice(*np.searchsorted(passage.frame, (first, first + CORE)))
+        here = slice(*np.searchsorted(passage.frame, (first, first + size // scale.hop)))
         places = (more + passage.frame[here] - first) * scale.hop
         if not len(places):
             continue

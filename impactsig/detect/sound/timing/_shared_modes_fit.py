@@ -29,7 +29,7 @@ FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
-STRANGERS = 8.0, 4.0  # times, before priors are learned, at whole samples and between them
+STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
@@ -134,8 +134,9 @@ class Model:
             rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
         square = rest.transpose(0, 2, 1) @ rest
         gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
-        basis = np.concatenate((q, rest), axis=2).transpose(0, 2, 1)
-        return np.ascontiguousarray(basis), gram
+        basis = np.empty((len(shift), q.shape[2] + 2, size))
+        basis[:, :-2], basis[:, -2:] = q.transpose(0, 2, 1), rest.transpose(0, 2, 1)
+        return basis, gram
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual share of each sound; NaN if cut off.

@@ -1,0 +1,81 @@
+"""How a sound record is cut into windows, and what is read of their samples."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from benchmarks.recordings import microphone
+from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound import _survey
+from impactsig.detect.sound._kernels import CHANGES, counting_as_one, extremes
+from impactsig.detect.sound._survey import Survey, cores_of, reaching, window_size
+from impactsig.detect.sound._windows import joined, windows
+from impactsig.detect.sound.sound import scale_at
+
+
+def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
+    x = microphone(rate=8000, duration=19.0, noise_db=-12, seed=4).samples
+    x[60_000:64_000] = x[100_000:100_500] = 0.0  # silence, in two windows and in one
+    x[33_000:98_000] *= 0.2  # noise of its own
+    told = []
+    for length in (1, 1 << 17):
+        monkeypatch.setattr(_survey, "LENGTH", length)
+        scale = scale_at(8000.0)
+        survey = Survey(scale, 8000.0)
+        for window in windows([Piece(0, x)], window_size(scale)):
+            survey.add(window, cores_of(window.core, scale.hop))
+        survey.finish()
+        (passage,) = survey.passages
+        told.append((survey, [getattr(passage, one.name) for one in fields(passage)][1:]))
+    (one, of_one), (more, of_more) = told
+    assert len(of_one[0]) == 5
+    assert len(of_more[0]) == 2
+    np.testing.assert_array_equal(one.noise, more.noise)
+    assert not np.array_equal(one.noise[0], one.noise[1])
+    for parts, wholes in zip(of_one, of_more, strict=True):
+        np.testing.assert_array_equal(np.concatenate(parts), np.concatenate(wholes))
+
+
+def test_stretches_within_reach_of_one():
+    blocks = [64, 64, 10, 64, 64]
+    assert reaching(blocks, 2, 64) == (1, 4)
+    assert reaching(blocks, 2, 65) == (0, 5)
+    assert reaching(blocks, 0, 0) == (0, 1)
+
+
+@pytest.mark.parametrize("kind", ["whole", "every second", "channel", "gap"])
+def test_parts_that_follow_each_other_are_not_copied(kind):
+    x = np.random.default_rng(1).standard_normal((400, 2))
+    x = {"whole": x[:, 0].copy(), "every second": x.ravel()[::2]}.get(kind, x[:, 0])
+    first = 101 if kind == "gap" else 100
+    parts = [x[:100], x[first:250], x[250:250], x[250:300]]
+    whole = joined(parts)
+    np.testing.assert_array_equal(whole, np.concatenate(parts))
+    assert np.shares_memory(whole, x) == (kind == "whole")
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int16])
+@pytest.mark.parametrize("count", [1, 2, 64, 65, 1000])
+def test_extremes(kind, count):
+    x = (1000.0 * np.random.default_rng(2).standard_normal(count)).astype(kind)
+    least, greatest, step = extremes(x)
+    assert (least, greatest) == (x.min(), x.max())
+    steps = np.abs(np.diff(x.astype(float)))
+    steps = steps[steps > 0.0]
+    assert step == (steps.min() if len(steps) >= CHANGES else np.inf)
+
+
+@pytest.mark.parametrize(("count", "split", "lags"), [(9, 4, 20), (176, 88, 9), (352, 200, 16)])
+def test_correlation_of_squares_at_all_lags(count, split, lags):
+    squares = np.random.default_rng(3).standard_normal(count) ** 2
+    squares = np.convolve(squares, np.ones(5))[:count]
+    away = np.concatenate([part / part.mean() - 1.0 for part in np.split(squares, [split])])
+    together = 1.0
+    for lag in range(1, lags + 1):
+        parts = np.split(away, [split])
+        total = sum(float(np.sum(part[: max(len(part) - lag, 0)] * part[lag:])) for part in parts)
+        together += 2.0 * max(total / np.sum(away**2), 0.0)
+    assert counting_as_one(squares, split, 0.0, lags) == pytest.approx(0.9 * together**0.6)
