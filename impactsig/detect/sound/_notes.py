@@ -40,6 +40,16 @@ def voice_notes(pulses: int) -> tuple[str, ...]:
     )
 
 
+def swell_notes(swells: int) -> tuple[str, ...]:
+    """A sentence where rises were left out because noise swells again and again."""
+    if swells < PULSES:
+        return ()
+    return (
+        f"{swells} rises are gradual and come one after the other, as noise that swells makes them "
+        "(a fan, a compressor), and are not counted as impacts.",
+    )
+
+
 def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
     """A sentence where more rises are left out than found because they come too densely."""
     if crowded <= max(PULSES, found):
