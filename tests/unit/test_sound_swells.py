@@ -43,7 +43,7 @@ def test_sharpness_against_sums_by_hand():
     rng, rate, lag, slope = np.random.default_rng(2), 8000.0, 3, 2
     x, valid = rng.standard_normal(400), (10, 380)
     attack = np.array([100.5, 211.5, 14.5, 379.5])
-    told = sharpness(x, attack, valid, rate, lag, slope)
+    told, rise = sharpness(x, attack, valid, rate, lag, slope)
 
     def power(first: int, last: int) -> float:
         y = [
@@ -57,23 +57,27 @@ def test_sharpness_against_sums_by_hand():
         slow = np.log(power(at + 8, at + 32) / power(at - 32, at - 8))
         expected = sudden - 0.2 * max(slow, 0.0) - 0.6 - 1.7 / np.sqrt(8.0)
         assert told[k] == pytest.approx(expected, abs=1e-9)
+        assert rise[k] == pytest.approx(slow, abs=1e-9)
     assert np.isfinite(told).all()  # at the ends as well
     step = np.where(np.arange(400) < 200, 1.0, 100.0) * x  # 9.2 neper at once
     expected = 0.8 * np.log(1e4) - 1.2
-    found = sharpness(step, np.array([199.5]), valid, rate, lag, slope)
+    found, _ = sharpness(step, np.array([199.5]), valid, rate, lag, slope)
     assert found == pytest.approx([expected], abs=1.5)
 
 
 def test_only_a_crowd_of_gradual_rises_is_turned():
     instant = np.arange(200) / 25.0
     assert crowds(instant)[50]
-    assert not crowds(50.0 / CROWD * instant).any()
-    likely, sharp = np.ones(200, bool), np.full(200, SWELLS - 0.1)
+    assert not crowds(60.0 / CROWD * instant).any()
+    likely, sharp, rise = np.ones(200, bool), np.full(200, SWELLS - 0.1), np.full(200, 0.9)
     sharp[::5] = 3.0  # impacts among them
-    most = most_odds(instant, likely, sharp)
+    most = most_odds(instant, likely, sharp, rise)
     assert (most[::5] == 8.0).all()
     assert (most[1::5] < 0.0).all()
-    assert np.isinf(most_odds(instant, likely, sharp + 0.2)).all()
-    assert np.isinf(most_odds(instant, likely, np.full(200, np.nan))).all()
-    # Unlikely rises are noise, and say nothing of the others.
-    assert np.isinf(most_odds(instant, sharp > 1.0, sharp)).all()
+    for others in (
+        (likely, sharp + 0.2, rise),  # sudden
+        (likely, sharp, 0.5 * rise),  # low tones
+        (likely, np.full(200, np.nan), np.full(200, np.nan)),
+        (sharp > 1.0, sharp, rise),  # unlikely rises are noise, and say nothing of the others
+    ):
+        assert np.isinf(most_odds(instant, *others)).all()

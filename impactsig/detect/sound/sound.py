@@ -67,7 +67,7 @@ from ._notes import (
     voice_notes,
 )
 from ._survey import Survey
-from ._swells import crowds, most_odds, sharpness
+from ._swells import are_gradual, crowds, most_odds, sharpness
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -206,7 +206,7 @@ def search(
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
-    single, sharp = [np.empty(0, np.bool_)], [np.empty(0)]
+    single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop)
     for window in windows(pieces() if chosen else [], CORE * scale.hop):
@@ -224,11 +224,11 @@ def search(
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
         single.append(np.empty(len(places), np.bool_))
         lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
-        sharp.append(np.full(len(places), np.nan))
+        sharp.append(np.full((2, len(places)), np.nan))
         dense = crowded[window.segment][here]
-        if dense.any():
-            lag = scale.long_lag, scale.slope
-            sharp[-1][dense] = sharpness(x, out[dense, 0], valid, rate, *lag)
+        if are_gradual(np.sqrt(out[dense, 3]), rate):
+            lags = scale.long_lag, scale.slope
+            sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
@@ -238,7 +238,7 @@ def search(
     columns = np.concatenate(found)
     likely = np.concatenate(chances)
     in_order = np.maximum.accumulate(columns[:, 0]) / rate
-    most = most_odds(in_order, likely >= EVEN, np.concatenate(sharp))
+    most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
     swells = likely >= least_probability
     likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
     enough = likely >= least_probability
