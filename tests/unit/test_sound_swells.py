@@ -1,4 +1,4 @@
-"""Noise that swells again and again, and impacts among it."""
+"""Noise that swells again and again, impacts among it, and pulses of the mains."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.recordings import microphone, score
+from impactsig.detect.sound._notes import mains_notes
 from impactsig.detect.sound._swells import CROWD, SWELLS, crowds, most_odds, sharpness
 from tests.unit.test_detect_sound import detect
 
@@ -81,3 +82,12 @@ def test_only_a_crowd_of_gradual_rises_is_turned():
         (sharp > 1.0, sharp, rise),  # unlikely rises are noise, and say nothing of the others
     ):
         assert np.isinf(most_odds(instant, *others)).all()
+
+
+@pytest.mark.parametrize(
+    ("pace", "noted"), [(50.0, True), (60.0, True), (20.0, False), (57, False)]
+)
+def test_a_train_at_the_mains_is_noted(pace, noted):
+    time = np.arange(100) / pace + 1e-5 * np.random.default_rng(0).standard_normal(100)
+    assert bool(mains_notes(time)) == noted
+    assert not mains_notes(time[:20])

@@ -63,6 +63,7 @@ from ._notes import (
     converter_notes,
     crowd_notes,
     gate_notes,
+    mains_notes,
     swell_notes,
     voice_notes,
 )
@@ -280,6 +281,7 @@ def search(
             *voice_notes(left_out.pulses),
             *swell_notes(int(np.count_nonzero(swells))),
             *crowd_notes(left_out.crowded, int(np.count_nonzero(enough))),
+            *mains_notes(instant[kept] / rate),
             *doubt.notes(),
         ),
         error[kept] / rate,
