@@ -27,7 +27,8 @@ hear (`_tones.py`). H detects those that die at once, and tells power that swell
 (`_rise_odds.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
 of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
-searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).
+searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`),
+and gradual ones that come one after the other are noise that swells (`_swells.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
