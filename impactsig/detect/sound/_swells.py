@@ -8,7 +8,7 @@ milliseconds after the attack, and r the samples in a millisecond,
 
 is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
 rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
-those within a second decides: where they are 10 a second and more and it is less than 0.3 and than
+those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
 R - 0.5, with R the median of the second logarithm, the log-odds of each are no more than 4 (e - 1).
 Low tones in noise hardly show in innovations: they have an R of 0.2 to 0.6.
 
@@ -27,7 +27,7 @@ from ._nearby import ranked
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
 SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
-SWELLS, HIDDEN = 0.3, 0.5  # e of no impact, and R that hardly shows
+SWELLS, HIDDEN = 0.2, 0.5  # e of no impact, and R that hardly shows
 GRADUAL = 60e-6, 0.5  # [s], [samples], median error of attacks
 SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each neper more
 
