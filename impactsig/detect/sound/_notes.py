@@ -10,6 +10,8 @@ from ._survey import Survey
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it
 PULSES = 10  # of a voice that a note is worth
+MAINS = 50.0, 60.0, 100.0, 120.0  # [Hz], of buzzing mains
+EXACT, MOST, TRAIN = 0.3e-3, 0.5, 50  # [s], share of the intervals, and impacts, of a buzz
 
 
 def converter_notes(survey: Survey) -> tuple[str, ...]:
@@ -37,6 +39,31 @@ def voice_notes(pulses: int) -> tuple[str, ...]:
     return (
         f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
         "and are not counted as impacts.",
+    )
+
+
+def mains_notes(time: np.ndarray) -> tuple[str, ...]:
+    """A sentence where most impacts follow each other as the pulses of buzzing mains do."""
+    if len(time) < TRAIN:
+        return ()
+    interval = np.diff(time)
+    share = [float(np.mean(np.abs(interval - 1.0 / mains) < EXACT)) for mains in MAINS]
+    most = int(np.argmax(share))
+    if share[most] < MOST:
+        return ()
+    return (
+        f"{share[most]:.0%} of the intervals are 1/{MAINS[most]:.0f} s: unless the mains drive the "
+        "machine, these are pulses of a buzz that cables or a lamp brought in.",
+    )
+
+
+def swell_notes(swells: int) -> tuple[str, ...]:
+    """A sentence where rises were left out because noise swells again and again."""
+    if swells < PULSES:
+        return ()
+    return (
+        f"{swells} rises are gradual and come one after the other, as noise that swells makes them "
+        "(a fan, a compressor), and are not counted as impacts.",
     )
 
 

@@ -27,7 +27,8 @@ hear (`_tones.py`). H detects those that die at once, and tells power that swell
 (`_rise_odds.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
 of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
-searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`).
+searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`),
+and gradual ones that come one after the other are noise that swells (`_swells.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
@@ -56,10 +57,19 @@ from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._decision import LATER, SOONER, candidates
-from ._doubt import Doubt
+from ._doubt import EVEN, Doubt
 from ._kernels import GROUP, Scale, measure
-from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
+from ._notes import (
+    click_notes,
+    converter_notes,
+    crowd_notes,
+    gate_notes,
+    mains_notes,
+    swell_notes,
+    voice_notes,
+)
 from ._survey import Survey, cores_of, window_size
+from ._swells import are_gradual, crowds, most_odds, sharpness
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -199,7 +209,8 @@ def search(
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
-    single = [np.empty(0, np.bool_)]
+    single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
+    crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop)
     size = window_size(scale)
     for window in windows(pieces() if chosen else [], size):
@@ -217,6 +228,11 @@ def search(
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
         single.append(np.empty(len(places), np.bool_))
         lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
+        sharp.append(np.full((2, len(places)), np.nan))
+        dense = crowded[window.segment][here]
+        if are_gradual(np.sqrt(out[dense, 3]), rate):
+            lags = scale.long_lag, scale.slope
+            sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
@@ -225,6 +241,12 @@ def search(
         spreads.append(passage.spread[here])
     columns = np.concatenate(found)
     likely = np.concatenate(chances)
+    in_order = np.maximum.accumulate(columns[:, 0]) / rate
+    most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
+    swells = likely >= least_probability
+    likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+    enough = likely >= least_probability
+    swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
     apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
@@ -240,13 +262,13 @@ def search(
     clicks = are_clicks(np.concatenate(single))
     reason = ""
     heard = columns[:, 1] > 0.0  # in samples that are mostly 0, an attack may have none to show
-    if not heard.any():
+    if not (heard & enough).any():
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
-            f"probability of {likeliest:.2g}"
+            f"probability of {likely.max() if len(likely) else likeliest:.2g}"
         )
     kept = distinct(instant, likely)
-    kept = kept[heard[kept] & ~clicks[kept]]
+    kept = kept[heard[kept] & ~clicks[kept] & enough[kept]]
     found_impacts = SoundImpacts(
         instant[kept] / rate,
         columns[kept, 1],
@@ -260,7 +282,9 @@ def search(
             *(converter_notes(survey) or limits.notes()),
             *gate_notes(survey, samples),
             *voice_notes(left_out.pulses),
-            *crowd_notes(left_out.crowded, len(columns)),
+            *swell_notes(int(np.count_nonzero(swells))),
+            *crowd_notes(left_out.crowded, int(np.count_nonzero(enough))),
+            *mains_notes(instant[kept] / rate),
             *doubt.notes(),
         ),
         error[kept] / rate,
@@ -352,9 +376,9 @@ def choose(
     for passage, found in zip(survey.passages, every, strict=True):
         found = found._replace(odds=calibrated(found.odds, doubt, seconds))
         likely = found.probability
-        kept = likely >= least
-        pulses += int(np.count_nonzero(found.pulse & ~kept))
-        crowded += int(np.count_nonzero(found.crowded & ~kept))
+        kept = likely >= min(least, EVEN)  # so that what is beside an impact is always the same
+        pulses += int(np.count_nonzero(found.pulse & (likely < least)))
+        crowded += int(np.count_nonzero(found.crowded & (likely < least)))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
             columns = (found.frame, found.coarse, found.spread, likely)

@@ -1,0 +1,85 @@
+"""Noise that swells again and again, as that of a fan or a compressor, told from impacts.
+
+Noise that swells 5 to 100 times a second rises within 4 ms as much as at an impact, but no more in
+one millisecond than in another. With P(a, b) the mean square of the innovations from a to b
+milliseconds after the attack, and r the samples in a millisecond,
+
+    e = ln(P(0, 1) / P(-1, 0)) - 0.2 max(0, ln(P(1, 4) / P(-4, -1))) - 0.6 - 1.7 / sqrt(r)
+
+is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
+rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
+those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
+R - 0.5, with R the median of the second logarithm, the log-odds of each are no more than 4 (e - 1).
+Low tones in noise hardly show in innovations: they have an R of 0.2 to 0.6.
+
+It is asked for only where the median attack is uncertain by 60 us and half a sample.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from ._nearby import ranked
+
+WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
+AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
+SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
+SWELLS, HIDDEN = 0.2, 0.5  # e of no impact, and R that hardly shows
+GRADUAL = 60e-6, 0.5  # [s], [samples], median error of attacks
+SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each neper more
+
+
+def crowds(instant: np.ndarray) -> np.ndarray:
+    """Which of the instants [s], in order, have a CROWD about them."""
+    first, last = np.searchsorted(instant, (instant - WITHIN, instant + WITHIN))
+    return np.asarray(last - first > CROWD)
+
+
+def are_gradual(error: np.ndarray, rate: float) -> bool:
+    """Whether attacks of these errors [samples] may be those of noise that swells."""
+    return bool(len(error)) and float(np.median(error)) > GRADUAL[0] * rate + GRADUAL[1]
+
+
+def sharpness(
+    x: np.ndarray, attack: np.ndarray, valid: tuple[int, int], rate: float, lag: int, slope: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """How much more than in noise that swells each rise is sudden, e, and R.
+
+    `attack` are places between samples of x, `lag` and `slope` are those of the innovations.
+    """
+    near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
+    earlier = lag + slope
+    at = np.ceil(attack).astype(np.int64)[:, None] + np.arange(-far - earlier, far)
+    y = x[np.clip(at, valid[0], valid[1] - 1)].astype(float)
+    share = lag / slope
+    y = y[:, earlier:] - (1.0 + share) * y[:, slope:-lag] + share * y[:, :-earlier]
+    np.square(y, out=y)
+    least = np.finfo(float).eps * y.mean() + np.finfo(float).tiny
+    ends = 0, far - near, far, far + near, 2 * far
+    slow, before, after, on = (
+        np.log(y[:, first:last].mean(axis=1) + least) for first, last in itertools.pairwise(ends)
+    )
+    rise = on - slow
+    chance = SELECTED + SCATTER / math.sqrt(AT_ONCE * rate)
+    return after - before - SHARE * np.maximum(rise, 0.0) - chance, rise
+
+
+def most_odds(
+    instant: np.ndarray, likely: np.ndarray, sharp: np.ndarray, rise: np.ndarray
+) -> np.ndarray:
+    """The greatest log-odds that impacts at these instants [s], in order, may have.
+
+    Those that are `likely` make the medians. `sharp` is e and `rise` R, NaN where it was not asked
+    for them.
+    """
+    known = np.isfinite(sharp)
+    pool = known & likely
+    first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
+    middle = (last - first) // 2
+    most = np.minimum(ranked(rise[pool], first, last, middle) - HIDDEN, SWELLS)
+    gradual = ranked(sharp[pool], first, last, middle) < most
+    swells = known & (last - first > CROWD) & gradual
+    return np.where(swells, SLOPE * (sharp - SHARP), np.inf)

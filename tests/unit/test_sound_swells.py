@@ -1,0 +1,93 @@
+"""Noise that swells again and again, impacts among it, and pulses of the mains."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.recordings import microphone, score
+from impactsig.detect.sound._notes import mains_notes
+from impactsig.detect.sound._swells import CROWD, SWELLS, crowds, most_odds, sharpness
+from tests.unit.test_detect_sound import detect
+
+
+def swelling(rate: float, pace: float) -> np.ndarray:
+    rng = np.random.default_rng(5)
+    t = np.arange(round(8 * rate)) / rate
+    return rng.standard_normal(len(t)) * (1.0 + 0.8 * np.sin(2 * np.pi * pace * t))
+
+
+# Each swelling was an impact, without a note.
+def test_noise_that_swells_50_times_a_second_is_hardly_an_impact():
+    noise = swelling(44_100.0, 50.0)
+    found, few = (detect(noise, 44_100.0, least_probability=p) for p in (0.5, 0.95))
+    assert len(found.time) <= 4  # 401
+    assert any("swells" in note for note in found.notes)
+    assert set(few.time) <= set(found.time)
+
+
+def test_impacts_among_swellings_are_found():
+    truth = microphone(duration=8.0, rate=44_100.0, mean_rate=6.0, noise_db=-60.0, seed=8)
+    noise = swelling(truth.rate, 50.0)
+    found = detect(truth.samples + 0.05 * noise / noise.std(), truth.rate)
+    assert score(found.time, truth.time, 5e-3)[0] >= 0.93  # 0.26 with the swellings
+
+
+def test_dense_faint_impacts_are_no_swellings():
+    truth = microphone(duration=8.0, mean_rate=28.0, noise_db=-6.0, seed=8)
+    found = detect(truth.samples, truth.rate)
+    assert score(found.time, truth.time, 10e-3)[0] >= 0.92
+    assert not any("swells" in note for note in found.notes)
+
+
+def test_sharpness_against_sums_by_hand():
+    rng, rate, lag, slope = np.random.default_rng(2), 8000.0, 3, 2
+    x, valid = rng.standard_normal(400), (10, 380)
+    attack = np.array([100.5, 211.5, 14.5, 379.5])
+    told, rise = sharpness(x, attack, valid, rate, lag, slope)
+
+    def power(first: int, last: int) -> float:
+        y = [
+            x[i] - x[i - lag] - lag / slope * (x[i - lag] - x[i - lag - slope])
+            for i in range(max(first, valid[0] + lag + slope), min(last, valid[1]))
+        ]
+        return float(np.mean(np.square(y)))
+
+    for k, at in enumerate((101, 212)):
+        sudden = np.log(power(at, at + 8) / power(at - 8, at))
+        slow = np.log(power(at + 8, at + 32) / power(at - 32, at - 8))
+        expected = sudden - 0.2 * max(slow, 0.0) - 0.6 - 1.7 / np.sqrt(8.0)
+        assert told[k] == pytest.approx(expected, abs=1e-9)
+        assert rise[k] == pytest.approx(slow, abs=1e-9)
+    assert np.isfinite(told).all()  # at the ends as well
+    step = np.where(np.arange(400) < 200, 1.0, 100.0) * x  # 9.2 neper at once
+    expected = 0.8 * np.log(1e4) - 1.2
+    found, _ = sharpness(step, np.array([199.5]), valid, rate, lag, slope)
+    assert found == pytest.approx([expected], abs=1.5)
+
+
+def test_only_a_crowd_of_gradual_rises_is_turned():
+    instant = np.arange(200) / 25.0
+    assert crowds(instant)[50]
+    assert not crowds(60.0 / CROWD * instant).any()
+    likely, sharp, rise = np.ones(200, bool), np.full(200, SWELLS - 0.1), np.full(200, 0.9)
+    sharp[::5] = 3.0  # impacts among them
+    most = most_odds(instant, likely, sharp, rise)
+    assert (most[::5] == 8.0).all()
+    assert (most[1::5] < 0.0).all()
+    for others in (
+        (likely, sharp + 0.2, rise),  # sudden
+        (likely, sharp, 0.5 * rise),  # low tones
+        (likely, np.full(200, np.nan), np.full(200, np.nan)),
+        (sharp > 1.0, sharp, rise),  # unlikely rises are noise, and say nothing of the others
+    ):
+        assert np.isinf(most_odds(instant, *others)).all()
+
+
+@pytest.mark.parametrize(
+    ("pace", "noted"), [(50.0, True), (60.0, True), (20.0, False), (57, False)]
+)
+def test_a_train_at_the_mains_is_noted(pace, noted):
+    time = np.arange(100) / pace + 1e-5 * np.random.default_rng(0).standard_normal(100)
+    assert bool(mains_notes(time)) == noted
+    assert not mains_notes(time[:20])
