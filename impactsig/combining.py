@@ -235,15 +235,20 @@ def _delay(
     if min(len(train), len(reference)) < 2:
         return 0.0, math.inf, ""
     most, note = longest or LONGEST_DELAY, ""
+    none, several = 0.0, math.inf  # bounds that leave no delay, and more than one
     while True:
         try:
             found = align_impacts(train, reference, within, longest_delay=most, skew=False)
         except InvalidInput as error:
-            if error.argument != "longest_delay":
+            if error.argument == "longest_delay":
+                if longest is not None:
+                    raise
+                several = most
+            else:
+                none = most
+            if several - none < within or math.isinf(several):
                 return 0.0, math.inf, ""
-            if longest is not None or most < 2 * within:
-                raise
-            most /= 2
+            most = 0.5 * (none + several)
             note = (
                 "the impacts repeat themselves, so that several delays between its sensors suit "
                 f"as well as each other: the one within {1e3 * most:.3g} ms is taken"
