@@ -113,9 +113,9 @@ def align_impacts(
 
     A few impacts in a row are laid beside the whole other train, and the delay at which most of
     them have a partner is taken; of several in trains that nearly repeat themselves, the one at
-    which partners agree best, if they clearly do. From there, pairs are made (`match_impacts`) and a straight line
-    is fitted through them, in a span that doubles until it holds both trains. Pairs that lie
-    further off the line than four robust standard deviations do not count.
+    which partners agree best, if they clearly do. From there, pairs are made (`match_impacts`) and
+    a straight line is fitted through them, in a span that doubles until it holds both trains. Pairs
+    that lie further off the line than four robust standard deviations do not count.
 
     Parameters
     ----------

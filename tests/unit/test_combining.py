@@ -13,6 +13,7 @@ from impactsig import (
     InvalidInput,
     LoadCell,
     Recording,
+    align_impacts,
     combine_impacts,
     combining,
     detect_impacts,
@@ -212,6 +213,20 @@ def test_a_microphone_ten_metres_away_from_a_nearly_periodic_machine(late, jitte
     assert len(found.impacts) == 200
     repeats = ["repeat themselves" in note for note in found.impacts.notes]
     assert repeats == [True] * (jitter == 0 and late > 0.01)  # 50 ms hold -31 ms as well
+
+
+@pytest.mark.parametrize(("ppm", "count"), [(50, 300), (50, 1000), (200, 4000)])
+def test_clocks_that_differ_are_told_and_their_alignment_combines(ppm, count):
+    rng = np.random.default_rng(7)
+    cell = np.cumsum(rng.uniform(0.03, 0.08, count))
+    clock = 0.003 + (1 + 1e-6 * ppm) * cell + 1e-5 * rng.normal(size=count)
+    trains = Impacts(cell), Impacts(clock, sensor="sound")
+    (note,) = combine_impacts(trains).impacts.notes
+    assert "align_impacts" in note
+    aligned = align_impacts(trains[1], trains[0]).impacts
+    found = combine_impacts([trains[0], aligned]).impacts
+    assert len(found) == count
+    assert found.notes == ()
 
 
 def test_channels_of_one_recording():
