@@ -18,6 +18,10 @@ from .impacts import Impacts
 
 LONGEST_DELAY = 0.05  # [s], of sound, where none is given
 SHARED = 0.5  # of the lesser train, that tells a longer delay
+APART = (
+    "two sensors have few impacts in common at any one delay, so that what both recorded may count "
+    "twice. Where their clocks differ, align_impacts brings one to the other's"
+)
 DRIFTS = 6.0  # standard errors of a skew that is one
 
 
@@ -216,10 +220,7 @@ def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float
     if math.isfinite(error) or min(len(train), len(reference)) < 2:
         return delay, error, note
     if min(len(train), len(reference)) >= FEWEST:
-        note = (
-            "no delay is found at which two sensors have impacts in common: what both recorded may "
-            "count twice. Where their clocks differ, align_impacts brings one to the other's"
-        )
+        note = APART
     try:
         found = align_impacts(train, reference, within, skew=False)
     except InvalidInput:
@@ -263,7 +264,9 @@ def _delay(
 
 
 def _clocks_differ(found: Alignment, reference: np.ndarray) -> str:
-    """A note if what is common to two sensors drifts apart; empty if it does not."""
+    """A note if two sensors drift apart, or have little in common; empty otherwise."""
+    if len(found.pairs) < SHARED * min(len(found.impacts), len(reference)):
+        return APART
     x, y = reference[found.pairs[:, 1]], found.error
     x, y = x - x.mean(), y - y.mean()
     slope = float(x @ y) / float(x @ x)
