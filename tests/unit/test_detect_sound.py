@@ -542,8 +542,10 @@ def test_twin(rate):
     np.testing.assert_allclose(np.concatenate(passage.rises), h, rtol=1e-4, atol=1e-4)
     judged = naive_sound.by_rises(judged, c, h, b, known, survey.spread, scale.hop / rate)
     doubt = Doubt()  # of all crests, low tones among them, which the twin does not look for
-    doubt.add(candidates(passage, survey.spread, scale, rate).probability)
-    turned = naive_sound.calibrated(judged, doubt.f1, doubt.right / 7.0)
+    every = candidates(passage, survey.spread, scale, rate)
+    doubt.add(every.probability, every.odds)
+    counts = np.histogram(every.odds, [-3.0, -1.5, 0.0, 1.5])[0]
+    turned = naive_sound.calibrated(judged, doubt.f1, doubt.right / 7.0, counts, 7.0, survey.spread)
     slow = {j: p for j, p in sorted(turned.items()) if p >= 0.5}
     assert len(slow) > 60
     found = detect(x, rate)
