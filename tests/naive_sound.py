@@ -340,7 +340,8 @@ def calibrated(judged, f1, pace, counts, seconds, spread):
     lost = 2.5 + 0.5 * np.log(10 * spread) + 0.6 * max(0, np.log((1 - f1) / 0.03))
     lost -= 1.2 * np.log((improbable / seconds + 0.02) / (below / seconds + 0.02))
     lost -= 1.2 * np.clip(np.log(pace / 13.5) / 0.3, 0, 1)
-    more += e * min(1, pace / 12) * lost
+    e *= np.clip((pace - 6) / 4, 0, 1)
+    more += e * lost
     turned = {}
     for j, p in judged.items():
         odds = np.log(p / (1 - p)) if p < 1 else 50

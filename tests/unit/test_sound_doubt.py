@@ -111,13 +111,14 @@ def test_where_crests_are_more_above_even_odds_than_below_they_are_impacts():
     more = 2.5 + 0.6 * np.log((1.0 - f1) / 0.03) - 1.2 * np.log(1.02 / 0.82)
     known = calibrated(ODDS, rising, 10.0, SPREAD)
     np.testing.assert_allclose(known, np.where(ODDS < 0, 1.27, 1.0) * ODDS + more)
-    # Where fewer come less is known of them.
-    few = Doubt(60.0, 5.0, 5.0, 10, 8, 29)
+    # Those that come slowly do not hide each other.
+    few, slow = (Doubt(n, n / 12, n / 12, 10, 8, 29) for n in (80.0, 60.0))
     assert calibrated(ODDS, few, 10.0, SPREAD)[3] == pytest.approx(more / 2)
+    np.testing.assert_array_equal(calibrated(ODDS, slow, 10.0, SPREAD), ODDS)
 
 
 def test_dense_impacts_in_a_room_are_found():
-    """Of 18 a second in a room of 0.3 s, faint and dense: F1 of 0.85 by the odds as they were fitted."""
+    """18 a second in a room of 0.3 s; 0.85 by the odds as they were fitted."""
     truth = reverberant(31, 20.0, time=0.3, density=18.0)
     noise = np.random.default_rng(3).standard_normal(len(truth.samples))
     found = detect_impacts(Recording(truth.samples + 0.15 * noise, truth.rate, sensor="sound"))

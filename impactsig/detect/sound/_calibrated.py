@@ -18,15 +18,17 @@ n_1, n_2 and n_3 crests of log-odds from -3 to -1.5, to 0 and to 1.5, t seconds,
 deviation of the rise in octaves in noise, and, between 0 and 1,
 
     e = (0.3 - ln((n_2 + 2) / (n_3 + 1))) / 0.6,
+    h = e min(1, (r - 6) / 4),    which is 0 where fewer than 6 a second come,
 
 the log-odds grow by
 
-    e min(1, r / 12) (2.5 - 1.2 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma)
-                      + 0.6 ln((1 - F) / 0.03) - 1.2 ln((n_1 / t + 0.02) / (n_2 / t + 0.02))),
+    h (2.5 - 1.2 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma) + 0.6 ln((1 - F) / 0.03)
+       - 1.2 ln((n_1 / t + 0.02) / (n_2 / t + 0.02))),
 
-where what is negative in the second and fourth term does not count, and their slope where x < 0 by
-0.27 e. By the same sound, such sound in rooms of 0.1 to 1 s, and records
-of `benchmarks.varied_sound`.
+where what is negative in the second and fourth term does not count, and the slope where x < 0 by
+0.27 h. Slower ones do not ring into each other: with h = e min(1, r / 12) strokes of drums, 5 a
+second, get false ones. By the same sound, such sound in rooms of 0.1 to 1 s, and records of
+`benchmarks.varied_sound`.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ DENSE_SLOPE, DENSE_MOST = 8.0, 3.0  # log-odds for each e-fold beyond that, and 
 SEEN, CERTAIN = 0.4, 16  # share that odds show where little is in doubt; power of c by which all is
 EVEN = 0.7  # log-odds of what seems even there, if impacts come as densely
 RISING, RISING_WITHIN = 0.3, 0.6  # ln of crests below even odds over those above, and its reach
-OFTEN, DENSELY = 12.0, 0.3  # impacts a second by which much is known, and e-folds beyond DENSE
+FEW, MANY, DENSELY = 6.0, 10.0, 0.3  # impacts a second, no and all; and e-folds beyond DENSE
 MORE, LESS_DENSE, COARSER, HIDDEN, NOISY = 2.5, 1.2, 0.5, 0.6, 1.2  # log-odds, and for an e-fold
 USUAL = 0.1  # sigma at 16 kHz
 BLURRED = 0.27  # of the slope below even odds
@@ -65,8 +67,8 @@ def calibrated(odds: np.ndarray, doubt: Doubt, seconds: float, spread: float) ->
     more = EVEN * clear**2 * min(pace, 1.0)
     more += min(DENSE_SLOPE * math.log(max(pace, 1.0)), DENSE_MOST)
     more *= (1.0 - SEEN * clear) * (1.0 - clear**CERTAIN)
-    hidden = rising(doubt)
-    more += hidden * min(doubt.right / (OFTEN * seconds), 1.0) * lost(doubt, seconds, spread)
+    hidden = rising(doubt) * min(max((doubt.right / seconds - FEW) / (MANY - FEW), 0.0), 1.0)
+    more += hidden * lost(doubt, seconds, spread)
     slope = 1.0 + np.where(odds > 0.0, clear * above, clear * below + BLURRED * hidden)
     turned: np.ndarray = odds * slope + more
     return turned
