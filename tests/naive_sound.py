@@ -339,7 +339,7 @@ def calibrated(judged, f1, pace, counts, seconds, spread):
     e = np.clip((0.3 - np.log((below + 2) / (above + 1))) / 0.6, 0, 1)
     lost = 2.5 + 0.5 * np.log(10 * spread) + 0.6 * max(0, np.log((1 - f1) / 0.03))
     lost -= 1.2 * np.log((improbable / seconds + 0.02) / (below / seconds + 0.02))
-    lost -= 1.2 * np.clip(np.log(pace / 13.5) / 0.3, 0, 1)
+    lost -= 1.9 * np.clip(np.log(pace / 13.5) / 0.3, 0, 1)
     e *= np.clip((pace - 6) / 4, 0, 1)
     more += e * lost
     turned = {}

@@ -22,7 +22,7 @@ deviation of the rise in octaves in noise, and, between 0 and 1,
 
 the log-odds grow by
 
-    h (2.5 - 1.2 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma) + 0.6 ln((1 - F) / 0.03)
+    h (2.5 - 1.9 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma) + 0.6 ln((1 - F) / 0.03)
        - 1.2 ln((n_1 / t + 0.02) / (n_2 / t + 0.02))),
 
 where what is negative in the second and fourth term does not count, and the slope where x < 0 by
@@ -48,7 +48,7 @@ SEEN, CERTAIN = 0.4, 16  # share that odds show where little is in doubt; power 
 EVEN = 0.7  # log-odds of what seems even there, if impacts come as densely
 RISING, RISING_WITHIN = 0.3, 0.6  # ln of crests below even odds over those above, and its reach
 FEW, MANY, DENSELY = 6.0, 10.0, 0.3  # impacts a second, no and all; and e-folds beyond DENSE
-MORE, LESS_DENSE, COARSER, HIDDEN, NOISY = 2.5, 1.2, 0.5, 0.6, 1.2  # log-odds, and for an e-fold
+MORE, LESS_DENSE, COARSER, HIDDEN, NOISY = 2.5, 1.9, 0.5, 0.6, 1.2  # log-odds, and for an e-fold
 USUAL = 0.1  # sigma at 16 kHz
 BLURRED = 0.27  # of the slope below even odds
 RARE = 0.02  # crests a second that are none
