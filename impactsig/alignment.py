@@ -263,7 +263,7 @@ def _sharpest(
         at = part - delay
         after = np.clip(np.searchsorted(b, at), 1, len(b) - 1)
         error = at - b[after - (at - b[after - 1] < b[after] - at)]
-        near = np.abs(error) <= within
+        near = np.abs(error) <= within * (1.0 + 1e-6)  # a pair at either end is one of a delay
         x, error = at[near] - at[near].mean(), error[near] - error[near].mean()
         if skew:
             error = error - x * float(x @ error) / max(float(x @ x), 1e-300)
