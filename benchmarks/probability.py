@@ -3,7 +3,9 @@
 Fresh synthetic records of load cell and microphone (`benchmarks.recordings`), the noise 6, 10 and
 20 dB below an impact of the middle strength. All that is found down to a probability of
 1 in 20 is held against the truth: the shares that are impacts in five equal bins, and the Brier
-score beside that of a constant. Writes results/probability.json and probability.png.
+score beside that of a constant. A bin of fewer than 100 events is shown but does not count, for
+chance alone puts it off by 0.05 (20 dB needs a hundred records of a minute). Writes
+results/probability.json and probability.png.
 
 An event is an impact if one of the machine lies within 1 ms (load cell) or 10 ms (microphone),
 one to one, once the constant delay is taken off. The probability says that the machine hit, and
@@ -12,6 +14,7 @@ and is no less of an impact for that.
 
     python -m benchmarks.probability                    # about five minutes
     python -m benchmarks.probability --seeds 5:7 --sensors sound --levels 10
+    python -m benchmarks.probability --sensors sound --density 20 --room 0.3 --rate 44100
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ from impactsig import plot
 from impactsig._calibration_bins import calibration_bins
 
 from .recordings import load_cell, microphone
+from .sound_disturbances import in_room
 
 RESULTS = Path(__file__).parent / "results"
 LEVELS = (6, 10, 20)
@@ -37,20 +41,32 @@ WITHIN = {"force": 1e-3, "sound": 1e-2}
 """Of an event [s], an impact of the machine."""
 OFF = 0.05
 """Of each bin, at most: predicted less observed."""
+SLOW = 15_000.0
+"""Rate below which impacts ring lower [Hz]."""
+FEWEST = 100
+"""Events of a bin that counts."""
 
 
-def record(sensor: str, level: float, seed: int, duration: float):
+def record(
+    sensor: str, level: float, seed: int, duration: float, rate=None, density=None, room=0.0
+):
     """A recording of either sensor, and the truth."""
+    options = {"duration": duration, "seed": seed}
+    options |= {} if rate is None else {"rate": rate}
+    options |= {} if density is None else {"mean_rate": density}
     if sensor == "force":
-        truth = load_cell(noise=10 ** (-level / 20), duration=duration, seed=seed)
+        truth = load_cell(noise=10 ** (-level / 20), **options)
     else:
-        truth = microphone(noise_db=-level, duration=duration, seed=seed)
+        if rate is not None and rate < SLOW:
+            options["tones"] = 0.125 * rate, 0.4 * rate
+        truth = microphone(noise_db=-level, **options)
+        truth = in_room(truth, room, seed) if room else truth
     return impactsig.Recording(truth.samples, truth.rate, sensor=sensor), truth.time
 
 
-def outcomes(sensor: str, level: float, seed: int, duration: float):
+def outcomes(sensor: str, level: float, seed: int, duration: float, **options):
     """Stated probabilities, and whether each is of an impact."""
-    recording, time = record(sensor, level, seed, duration)
+    recording, time = record(sensor, level, seed, duration, **options)
     found = impactsig.detect_impacts(recording, least_probability=LEAST)
     matched = impactsig.match_impacts(found, impactsig.Impacts(time), WITHIN[sensor], delay=None)
     return found.probability, np.isin(np.arange(len(found)), matched.pairs[:, 0])
@@ -59,7 +75,7 @@ def outcomes(sensor: str, level: float, seed: int, duration: float):
 def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray) -> dict:
     """One line of the table."""
     bins = calibration_bins(probability, outcome)
-    off = np.abs(bins.predicted - bins.observed)
+    off = np.abs(bins.predicted - bins.observed)[bins.size >= FEWEST]
     return {
         "sensor": sensor,
         "level": level,
@@ -69,7 +85,7 @@ def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray)
         "observed": bins.observed.round(3).tolist(),
         "low": bins.low.round(3).tolist(),
         "high": bins.high.round(3).tolist(),
-        "greatest off": float(np.nanmax(off)),
+        "greatest off": float(off.max(initial=0.0)),
         "brier": bins.brier,
         "constant": bins.constant,
         "ratio": bins.brier / bins.constant,
@@ -82,7 +98,11 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=60.0, help="of each record [s]")
     parser.add_argument("--sensors", nargs="+", default=["force", "sound"])
     parser.add_argument("--levels", nargs="+", type=float, default=list(LEVELS))
+    parser.add_argument("--rate", type=float, help="sampling rate [Hz]")
+    parser.add_argument("--density", type=float, help="impacts a second")
+    parser.add_argument("--room", type=float, default=0.0, help="reverberation time of sound [s]")
     asked = parser.parse_args()
+    options = {"rate": asked.rate, "density": asked.density, "room": asked.room}
     seeds = range(*map(int, asked.seeds.split(":")))
     from matplotlib.figure import Figure
 
@@ -94,7 +114,7 @@ def main() -> None:
     for sensor, axes in zip(asked.sensors, panels, strict=True):
         for level, ax in zip(asked.levels, axes, strict=True):
             ax.set_title(f"{sensor}, {level:g} dB", loc="left", fontsize="medium")
-            parts = [outcomes(sensor, level, seed, asked.duration) for seed in seeds]
+            parts = [outcomes(sensor, level, seed, asked.duration, **options) for seed in seeds]
             probability, outcome = map(np.concatenate, zip(*parts, strict=True))
             plot.calibration_curve(probability, outcome, ax)
             line = row(sensor, level, probability, outcome)

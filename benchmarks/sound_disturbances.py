@@ -88,12 +88,16 @@ def gated(seed, duration=DURATION, *, threshold) -> Truth:
 
 def reverberant(seed, duration=DURATION, *, time, density=12.0) -> Truth:
     """In a room: as much reverberation as direct sound, 60 dB down after `time` seconds."""
+    return in_room(clear(seed, duration, density=density), time, seed)
+
+
+def in_room(truth: Truth, time: float, seed: int) -> Truth:
+    """As `reverberant`, of a record."""
     from scipy.signal import fftconvolve
 
-    truth, rng = clear(seed, duration, density=density), chance(seed)
-    t = np.arange(round(time * RATE)) / RATE
-    room = rng.standard_normal(len(t)) * 10 ** (-3.0 * t / time)
-    room[: round(2e-3 * RATE)] = 0.0
+    t = np.arange(round(time * truth.rate)) / truth.rate
+    room = chance(seed).standard_normal(len(t)) * 10 ** (-3.0 * t / time)
+    room[: round(2e-3 * truth.rate)] = 0.0
     room /= np.sqrt(np.sum(room**2))
     wet = fftconvolve(truth.samples, room)[: len(truth.samples)]
     return replace(truth, samples=truth.samples + wet)

@@ -27,6 +27,10 @@ CHANCE = 0.01
 """Delays that chance alone may give as many pairs at; more, and the pairs prove nothing."""
 ALIKE = 0.9
 """Of the pairs: another delay with as many is as good."""
+SHARPER = 1.5
+"""Times as much that pairs at another delay scatter: the delay is another one."""
+SURELY = 10.0
+"""Log-likelihood by which they must do so."""
 TRIM = 4.0
 """Robust standard deviations beyond which a pair is not one."""
 
@@ -108,9 +112,10 @@ def align_impacts(
     """Estimate offset and drift between the clocks of two recordings from their common impacts.
 
     A few impacts in a row are laid beside the whole other train, and the delay at which most of
-    them have a partner is taken. From there, pairs are made (`match_impacts`) and a straight line
-    is fitted through them, in a span that doubles until it holds both trains. Pairs that lie
-    further off the line than four robust standard deviations do not count.
+    them have a partner is taken; of several in trains that nearly repeat themselves, the one at
+    which partners agree best, if they clearly do. From there, pairs are made (`match_impacts`) and
+    a straight line is fitted through them, in a span that doubles until it holds both trains. Pairs
+    that lie further off the line than four robust standard deviations do not count.
 
     Parameters
     ----------
@@ -197,8 +202,8 @@ def _coarse(
         count, delays = _votes(a[first:last], b, within, most)
         chance = _by_chance(count, last - first, b, within, min(most, a[-1] - a[0] + b[-1] - b[0]))
         if count >= SHARE * (last - first) and count > best[0] and chance < CHANCE:
-            best = (count, float(a[first]), float(a[last - 1]), float(delays[0]))
-            rivals = delays.tolist()
+            rivals = _sharpest(a[first:last], b, within, delays, skew)
+            best = (count, float(a[first]), float(a[last - 1]), rivals[0])
     if not best[0]:
         raise InvalidInput(
             "impacts",
@@ -241,6 +246,32 @@ def _votes(part: np.ndarray, b: np.ndarray, within: float, most: float) -> tuple
             peaks.append((int(count[k]), float(np.median(difference[k : k + count[k]]))))
     peaks.sort(reverse=True)
     return top, np.array([delay for _, delay in peaks])
+
+
+def _sharpest(
+    part: np.ndarray, b: np.ndarray, within: float, delays: np.ndarray, skew: bool
+) -> list[float]:
+    """The delays less those at which partners scatter clearly more than at another one.
+
+    A train of nearly equal intervals has a partner for most at any whole number of them, but those
+    that are one impact agree to their errors, others to what the intervals vary by.
+    """
+    if len(delays) == 1:
+        return [float(delays[0])]
+    spread, number = np.empty(len(delays)), np.empty(len(delays))
+    for k, delay in enumerate(delays):
+        at = part - delay
+        after = np.clip(np.searchsorted(b, at), 1, len(b) - 1)
+        error = at - b[after - (at - b[after - 1] < b[after] - at)]
+        near = np.abs(error) <= within * (1.0 + 1e-6)  # a pair at either end is one of a delay
+        x, error = at[near] - at[near].mean(), error[near] - error[near].mean()
+        if skew:
+            error = error - x * float(x @ error) / max(float(x @ x), 1e-300)
+        off = np.abs(error - np.median(error))
+        spread[k], number[k] = max(float(np.median(off)), 1e-12), len(off)
+    more = spread / spread.min()
+    worse = (more > SHARPER) & (number * np.log(more) > SURELY)
+    return [float(one) for one in delays[~worse]]
 
 
 def _follow(

@@ -12,12 +12,17 @@ import numpy as np
 from ._arguments import entries, instance, number, whole
 from ._combined_columns import combined_columns, measuring_contacts
 from ._showing import Shown
-from .alignment import align_impacts
+from .alignment import FEWEST, Alignment, align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
 
 LONGEST_DELAY = 0.05  # [s], of sound, where none is given
 SHARED = 0.5  # of the lesser train, that tells a longer delay
+APART = (
+    "two sensors have few impacts in common at any one delay, so that what both recorded may count "
+    "twice. Where their clocks differ, align_impacts brings one to the other's"
+)
+DRIFTS = 6.0  # standard errors of a skew that is one
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +141,7 @@ def combine_impacts(
     for k, train in enumerate(trains[1:], 1):
         cells = [j for j in range(k) if trains[j].sensor == train.sensor == "force"]
         if cells and longest_delay is None:
-            delay, error = _delay_of_cells(train, time, delays[cells[0]], within)
-            note = ""
+            delay, error, note = _delay_of_cells(train, time, delays[cells[0]], within)
         elif longest_delay is None:
             delay, error, note = _any_delay(train, Impacts(time), within)
         else:
@@ -193,8 +197,8 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
 
 def _delay_of_cells(
     train: Impacts, time: np.ndarray, late: float, within: float
-) -> tuple[float, float]:
-    """Delay of a load cell beside another that is `late`, and its tolerance.
+) -> tuple[float, float, str]:
+    """Delay of a load cell beside another that is `late`, its tolerance, and a note.
 
     Trains alone do not tell a delay from two stops that are hit in turn, as all impacts of either
     then have a partner that much later; but a body carries an impact over metres in `within`.
@@ -204,10 +208,10 @@ def _delay_of_cells(
             found = align_impacts(
                 train, Impacts(time + late), within, longest_delay=within, skew=False
             )
-            return late + found.delay, found.delay_error
+            return late + found.delay, found.delay_error, _clocks_differ(found, time)
         except InvalidInput:
             pass
-    return late, math.inf
+    return late, math.inf, ""
 
 
 def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float, float, str]:
@@ -215,6 +219,8 @@ def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float
     delay, error, note = _delay(train, reference, within, None)
     if math.isfinite(error) or min(len(train), len(reference)) < 2:
         return delay, error, note
+    if min(len(train), len(reference)) >= FEWEST:
+        note = APART
     try:
         found = align_impacts(train, reference, within, skew=False)
     except InvalidInput:
@@ -235,21 +241,43 @@ def _delay(
     if min(len(train), len(reference)) < 2:
         return 0.0, math.inf, ""
     most, note = longest or LONGEST_DELAY, ""
+    none, several = 0.0, math.inf  # bounds that leave no delay, and more than one
     while True:
         try:
             found = align_impacts(train, reference, within, longest_delay=most, skew=False)
         except InvalidInput as error:
-            if error.argument != "longest_delay":
+            if error.argument == "longest_delay":
+                if longest is not None:
+                    raise
+                several = most
+            else:
+                none = most
+            if several - none < within or math.isinf(several):
                 return 0.0, math.inf, ""
-            if longest is not None or most < 2 * within:
-                raise
-            most /= 2
+            most = 0.5 * (none + several)
             note = (
                 "the impacts repeat themselves, so that several delays between its sensors suit "
                 f"as well as each other: the one within {1e3 * most:.3g} ms is taken"
             )
         else:
-            return found.delay, found.delay_error, note
+            return found.delay, found.delay_error, note or _clocks_differ(found, reference.time)
+
+
+def _clocks_differ(found: Alignment, reference: np.ndarray) -> str:
+    """A note if two sensors drift apart, or have little in common; empty otherwise."""
+    if len(found.pairs) < SHARED * min(len(found.impacts), len(reference)):
+        return APART
+    x, y = reference[found.pairs[:, 1]], found.error
+    x, y = x - x.mean(), y - y.mean()
+    slope = float(x @ y) / float(x @ x)
+    deviation = math.sqrt(float(np.mean((y - slope * x) ** 2)) / float(x @ x))
+    if abs(slope) < DRIFTS * max(deviation, 1e-9):
+        return ""
+    return (
+        f"the clocks of two sensors differ by {1e6 * slope:.3g} ppm or more, which errors of "
+        "instants do not hold: combine them once align_impacts has brought one to the clock of the "
+        "other"
+    )
 
 
 def _join(

@@ -325,17 +325,28 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
     return found
 
 
-def calibrated(judged, f1, pace):
-    """Probabilities as they turn out in a record of such an expected F1 and impacts a second."""
+def calibrated(judged, f1, pace, counts, seconds, spread):
+    """Probabilities as they turn out in a record of such an expected F1 and impacts a second.
+
+    `counts` are those of crests of log-odds from -3 to -1.5, to 0 and to 1.5.
+    """
     clear = max(0, 1 - (1 - f1) / 0.03)
     more = 0.7 * clear**2 * min(1, pace / 13.5)
     if pace > 13.5:
         more += min(8 * np.log(pace / 13.5), 3)
     more *= (1 - 0.4 * clear) * (1 - clear**16)
+    improbable, below, above = counts
+    e = np.clip((0.3 - np.log((below + 2) / (above + 1))) / 0.6, 0, 1)
+    lost = 2.5 + 0.5 * np.log(10 * spread) + 0.6 * max(0, np.log((1 - f1) / 0.03))
+    lost -= 1.2 * np.log((improbable / seconds + 0.02) / (below / seconds + 0.02))
+    lost -= 1.9 * np.clip(np.log(pace / 13.5) / 0.3, 0, 1)
+    e *= np.clip((pace - 6) / 4, 0, 1)
+    more += e * lost
     turned = {}
     for j, p in judged.items():
         odds = np.log(p / (1 - p)) if p < 1 else 50
-        odds = (1 + (0.75 if odds > 0 else 0.5) * clear) * odds + more
+        odds *= 1 + (0.75 * clear if odds > 0 else 0.5 * clear + 0.27 * e)
+        odds += more
         turned[j] = 1 / (1 + np.exp(-odds))
     return turned
 

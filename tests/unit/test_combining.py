@@ -13,6 +13,7 @@ from impactsig import (
     InvalidInput,
     LoadCell,
     Recording,
+    align_impacts,
     combine_impacts,
     combining,
     detect_impacts,
@@ -191,12 +192,41 @@ def test_refusals():
 def test_of_delays_that_suit_alike_the_least_is_taken(period, late):
     """Two sensors of a periodic machine: delays that differ by a period pair as many."""
     rng = np.random.default_rng(4)
-    jitter = 1e-6 * rng.normal(size=200)
-    machine = 1 + period * np.arange(200) + jitter
-    found = combine_impacts([Impacts(machine), Impacts(machine + late)])
+    one, two = 1 + period * np.arange(200) + 1e-6 * rng.normal(size=(2, 200))
+    found = combine_impacts([Impacts(one), Impacts(two + late)])
     assert found.delays[1] == pytest.approx(late, abs=1e-6)
     assert len(found.impacts) == 200
     assert ["repeat themselves" in note for note in found.impacts.notes] == [True]
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.0002, 0.01])
+@pytest.mark.parametrize("late", [0.0292, 0.0015])
+def test_a_microphone_ten_metres_away_from_a_nearly_periodic_machine(late, jitter):
+    """What is one impact agrees better than what lies a period beside it."""
+    rng = np.random.default_rng(5)
+    gaps = 0.06 * (1 + jitter * rng.normal(size=200))
+    cell = 1 + np.cumsum(gaps)
+    sound = cell[rng.random(200) > 0.05] + late
+    sound += 1e-5 * rng.normal(size=len(sound))
+    found = combine_impacts([Impacts(cell), Impacts(sound, sensor="sound")])
+    assert found.delays[1] == pytest.approx(late, abs=5e-6)
+    assert len(found.impacts) == 200
+    repeats = ["repeat themselves" in note for note in found.impacts.notes]
+    assert repeats == [True] * (jitter == 0 and late > 0.01)  # 50 ms hold -31 ms as well
+
+
+@pytest.mark.parametrize(("ppm", "count"), [(50, 300), (50, 1000), (200, 4000)])
+def test_clocks_that_differ_are_told_and_their_alignment_combines(ppm, count):
+    rng = np.random.default_rng(7)
+    cell = np.cumsum(rng.uniform(0.03, 0.08, count))
+    clock = 0.003 + (1 + 1e-6 * ppm) * cell + 1e-5 * rng.normal(size=count)
+    trains = Impacts(cell), Impacts(clock, sensor="sound")
+    (note,) = combine_impacts(trains).impacts.notes
+    assert "align_impacts" in note
+    aligned = align_impacts(trains[1], trains[0]).impacts
+    found = combine_impacts([trains[0], aligned]).impacts
+    assert len(found) == count
+    assert found.notes == ()
 
 
 def test_channels_of_one_recording():

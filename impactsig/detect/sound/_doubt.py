@@ -14,18 +14,31 @@ import numpy as np
 EVEN, POSSIBLE = 0.5, 0.1  # probabilities of a likely impact, and of one that counts
 CLEAR = 0.9  # expected F1 of a record that leaves little doubt
 LEAST = 5.0  # expected impacts of a record that has any
+STEP = 1.5  # of the log-odds, in which crests nearly even are counted
 
 
 @dataclass
 class Doubt:
-    """Expected numbers of right, false and missed impacts."""
+    """Expected numbers of right, false and missed impacts, and how many rises are nearly even.
+
+    `improbable`, `below` and `above` are the numbers whose log-odds lie from -3 to -1.5, from there
+    to 0, and from 0 to 1.5.
+    """
 
     right: float = 0.0
     false: float = 0.0
     missed: float = 0.0
+    improbable: int = 0
+    below: int = 0
+    above: int = 0
 
-    def add(self, probability: np.ndarray) -> None:
-        """Add rises with these probabilities."""
+    def add(self, probability: np.ndarray, odds: np.ndarray) -> None:
+        """Add rises with these probabilities, and the logarithms of their odds."""
+        edges = STEP * np.arange(-2, 2)
+        improbable, below, above = np.histogram(odds, edges)[0].tolist()
+        self.improbable += improbable
+        self.below += below
+        self.above += above
         likely = probability[probability >= EVEN]
         others = probability[(probability < EVEN) & (probability > POSSIBLE)]
         self.right += float(likely.sum())

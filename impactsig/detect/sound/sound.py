@@ -370,11 +370,11 @@ def choose(
     chosen, greatest, pulses, crowded = {}, 0.0, 0, 0
     every = [candidates(one, survey.spread, survey.scale, rate) for one in survey.passages]
     for found in every:
-        doubt.add(found.probability)
+        doubt.add(found.probability, found.odds)
     groups = sum(len(part) for passage in survey.passages for part in passage.bands)
     seconds = groups * GROUP * survey.scale.hop / rate
     for passage, found in zip(survey.passages, every, strict=True):
-        found = found._replace(odds=calibrated(found.odds, doubt, seconds))
+        found = found._replace(odds=calibrated(found.odds, doubt, seconds, survey.spread))
         likely = found.probability
         kept = likely >= min(least, EVEN)  # so that what is beside an impact is always the same
         pulses += int(np.count_nonzero(found.pulse & (likely < least)))
