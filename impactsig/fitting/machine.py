@@ -101,7 +101,7 @@ class MachineFit(Shown):
 
     @property
     def decided(self) -> bool:
-        """Whether the kind is told: no other's `log_odds` are above -100.
+        """Whether the kind is decided: no other's `log_odds` are above -100.
 
         The evidence counts what the likeliest courses through the trains leave out, and differs
         by some tens from one draw of these to the next, so that odds of less tell nothing.

@@ -22,8 +22,9 @@ TOGETHER = 256  # motions that are kept at a time
 def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Mean distance between two stroboscopic sets, each sorted by displacement: e_c.
 
-    The definition is ours: that of the paper is not in the text that is left [Tian]_. Orbits that
-    pass through the same points at different phases of a common period have distance 0.
+    The definition is our own, because the available text of the paper does not contain its
+    definition [Tian]_. Orbits that pass through the same points at different phases of a common
+    period have distance 0.
 
     Parameters
     ----------

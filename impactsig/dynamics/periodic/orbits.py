@@ -191,7 +191,7 @@ def find_periodic_orbit(  # type: ignore[misc]
     method : RungeKutta, optional
         Of an oscillator: how to step; as for `simulate`.
     tolerance : float, optional
-        What the return may be off by, relative to the size of the orbit or attractor: 1e-11 of an
+        Greatest distance of the return, relative to the size of the orbit or attractor: 1e-11 of an
         oscillator, 1e-10 of a flow, unless given. The iteration goes on until rounding ends it.
 
     Returns
