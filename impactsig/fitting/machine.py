@@ -114,9 +114,9 @@ class MachineFit(Shown):
 
         Then the machine is of another kind (a second or soft stop, friction), a parameter that is
         not free is wrong, or a train was given a forcing that is not its own; see the `p_value` of
-        each of the `runs`. Of 37 machines of the kind that is fitted, where the search ended beside
-        the truth, one had so small a p-value; of 28 of another kind, with 4 runs of 400 instants
-        each, 22 had one or were refused.
+        each of the `runs`. Of 37 machines of the fitted kind, where the search ended near the true
+        values, one was marked in this way; of 28 of another kind, with 4 runs of 400 instants each,
+        22 were marked or refused.
         """
         return self.p_value <= MISFIT
 

@@ -214,7 +214,7 @@ class Oscillator:
 
     @property
     def forcing_recurs(self) -> bool:
-        """Whether there is forcing, and all of it recurs after `forcing_period`."""
+        """Whether there is forcing, all of which repeats after `forcing_period`."""
         return bool(self.angular_frequencies) and self._recurrence.recurs
 
     @property
