@@ -189,7 +189,7 @@ def fit_oscillator(
         return fit_trains(trains, frequencies, aside, asked)
     if common:
         raise InvalidInput("same_amplitude", True, "False with one train", "Give a list of trains")
-    remedy = "Impacts.from_times makes them of instants"
+    remedy = "Impacts.from_times makes them from instants"
     impacts = instance("impacts", impacts, Impacts, remedy=remedy)
     used = strengths_used(impacts, strengths)
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
