@@ -9,7 +9,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from .errors import InvalidInput
+from .errors import InvalidInput, shown
 
 if TYPE_CHECKING:  # the command's help needs no arrays
     import numpy as np
@@ -47,10 +47,7 @@ def number(
     InvalidInput
         If it is not one, or out of bounds. Text, truth values and arrays are not numbers.
     """
-    try:
-        given = float(value) if type(value) in (float, int) or _is_real(value) else math.nan
-    except Exception:  # a value's own methods may raise anything
-        given = math.nan
+    given = real(value)
     if math.isfinite(given) and given > above and least <= given <= most:
         return given
     if not required:
@@ -66,11 +63,18 @@ def number(
     raise InvalidInput(name, value, required)
 
 
-def _is_real(value: Any) -> bool:
-    """Whether float() would take a value for a number that is one.
+def real(value: Any) -> float:
+    """A real number as a float; NaN for anything that is not one.
 
-    It would read text, count a time in its own unit, and drop an imaginary part.
+    Unlike `float`, it reads no text, converts no span of time and drops no imaginary part.
     """
+    try:
+        return float(value) if type(value) in (float, int) or _is_real(value) else math.nan
+    except Exception:  # a value's own methods may raise anything
+        return math.nan
+
+
+def _is_real(value: Any) -> bool:
     if isinstance(value, (bool, str, bytes)) or getattr(value, "ndim", 0) != 0:
         return False
     return _kind(value) not in tuple("bmMSUV") and getattr(value, "imag", 0) == 0
@@ -79,6 +83,55 @@ def _is_real(value: Any) -> bool:
 def _kind(value: Any) -> str:
     """NumPy's letter for the kind of a number of its own; empty for others."""
     return str(getattr(getattr(value, "dtype", None), "kind", ""))
+
+
+def one_or_several(name: str, value: Any, required: str) -> tuple[tuple[Any, ...], bool]:
+    """The items of a sequence, or a single number in a tuple; and whether it was single.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a number nor a sequence. The items are for the caller to validate.
+    """
+    if type(value) in (float, int, bool) or not math.isnan(real(value)):
+        return (value,), True
+    return entries(name, value, required), False
+
+
+def pair(name: str, value: Any, required: str) -> tuple[Any, Any]:
+    """The two items of a sequence.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a sequence of two. The items are for the caller to validate.
+    """
+    found = entries(name, value, required)
+    if len(found) != 2:
+        raise InvalidInput(name, value, required)
+    return found[0], found[1]
+
+
+def limits(
+    name: str,
+    value: Any,
+    required: str,
+    *,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    most: float = math.inf,
+) -> tuple[float, float]:
+    """Two finite numbers within bounds, the first less than the second.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not.
+    """
+    low, high = map(real, pair(name, value, required))
+    if low > above and least <= low < high <= most and math.isfinite(high - low):
+        return low, high
+    raise InvalidInput(name, value, required)
 
 
 def reals(name: str, value: Any, required: str) -> np.ndarray:
@@ -93,7 +146,11 @@ def reals(name: str, value: Any, required: str) -> np.ndarray:
 
     try:
         given = np.asarray(value)
-        masked = isinstance(value, np.ndarray) and np.any(getattr(value, "mask", False))
+        masked = (
+            given is not value
+            and isinstance(value, np.ndarray)
+            and np.any(getattr(value, "mask", False))
+        )
         if given.dtype.kind in "biufO" and not masked:
             return np.asarray(given, np.float64)
     except Exception:  # a value's own methods may raise anything
@@ -222,7 +279,7 @@ def one_of_them(**given: Any) -> tuple[str, Any]:
     present = [(name, value) for name, value in given.items() if value is not None]
     if len(present) == 1:
         return present[0]
-    values = ", ".join(map(str, given.values()))
+    values = ", ".join(map(shown, given.values()))
     raise InvalidInput(", ".join(given), values, "one of them, and only one")
 
 
@@ -253,11 +310,41 @@ def entries(name: str, value: Any, required: str) -> tuple[Any, ...]:
         If it is no sequence.
     """
     try:
-        if not isinstance(value, (str, bytes)):
+        if not isinstance(value, (str, bytes)) and getattr(value, "ndim", 1) != 0:
             return tuple(value)
     except Exception:  # a value's own methods may raise anything
         pass
     raise InvalidInput(name, value, required)
+
+
+def all_of(name: str, value: Any, kind: type[Kind], required: str) -> tuple[Kind, ...]:
+    """The items of a sequence of instances of a class; a single instance stands for itself.
+
+    Raises
+    ------
+    InvalidInput
+        If one is of another class, or it is no sequence.
+    """
+    found = (value,) if isinstance(value, kind) else entries(name, value, required)
+    if all(isinstance(one, kind) for one in found):
+        return found
+    raise InvalidInput(name, value, required)
+
+
+def some_of(name: str, value: Any, choices: Iterable[str]) -> tuple[str, ...]:
+    """One or several of several words, each once, in the order of `choices`.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not among them or given twice, or there is none.
+    """
+    words = tuple(choices)
+    required = f"some of {', '.join(words)}, each once"
+    found = all_of(name, value, str, required)
+    if not found or len(set(found)) < len(found) or not set(found) <= set(words):
+        raise InvalidInput(name, value, required)
+    return tuple(word for word in words if word in found)
 
 
 def texts(name: str, value: Any, count: int, each: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from . import _impact_columns as tables
-from ._arguments import instance, number, text
+from ._arguments import entries, instance, number, text
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -132,6 +132,4 @@ def in_words(impacts: Impacts) -> str:
 
 
 def _several(name: str, given: Iterable[float]) -> list[float]:
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise InvalidInput(name, given, "several instants, in a list for example")
-    return list(given)
+    return list(entries(name, given, "several instants, in a list for example"))

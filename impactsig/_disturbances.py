@@ -35,7 +35,7 @@ def disturbances(given: Any) -> tuple[Disturbance, ...]:
     required = "disturbances, each a kind, a start and a duration [s]"
     try:
         found = tuple(Disturbance(*one) for one in entries("disturbances", given, required))
-    except TypeError:
+    except Exception:  # other fields, or an item that raises
         raise InvalidInput("disturbances", given, required) from None
     for one in found:
         if not isinstance(one.kind, str):

@@ -98,14 +98,16 @@ def flag_column(value: Any, length: int) -> np.ndarray:
     InvalidInput
         If they are not so many, or not whole numbers from 0 to 255.
     """
-    given = np.asarray(value)
+    required = f"whole numbers from 0 to 255, shape ({length},)"
+    given = reals("flags", value, required)
     if given.shape == (0,):
         return np.zeros(length, np.uint8)
-    if given.dtype.kind not in "biu" or given.ndim != 1 or ((given < 0) | (given > 255)).any():
-        raise InvalidInput("flags", value, f"whole numbers from 0 to 255, shape ({length},)")
+    flags = np.where((given >= 0) & (given <= 255), given, 0).astype(np.uint8)
+    if given.ndim != 1 or (flags != given).any():
+        raise InvalidInput("flags", value, required)
     if len(given) != length:
         raise InvalidInput("flags", f"shape {given.shape}", f"shape ({length},)")
-    return given.astype(np.uint8)
+    return flags
 
 
 def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]:

@@ -7,18 +7,19 @@ from collections.abc import Callable, Iterable
 from threading import Thread
 from typing import Any
 
+from ._arguments import thread_count
 from ._watched import progress
 
 
 def in_threads(
-    task: Callable[[Any], Any], items: Iterable[Any], threads: int, unit: str = " parts"
+    task: Callable[[Any], Any], items: Iterable[Any], workers: int | None, unit: str = " parts"
 ) -> list[Any]:
-    """What a task gives for each item, in order; if it fails, the error of the first such item.
+    """The results of a task for each item, in order; if some fail, the error of the first.
 
     The calling thread is one of the threads: a pool that it waited for would take a third
     of a millisecond more.
     """
-    todo = deque(enumerate(items))
+    todo, threads = deque(enumerate(items)), thread_count(workers)
     count = len(todo)
     found: dict[int, Any] = {}
     failed: dict[int, BaseException] = {}

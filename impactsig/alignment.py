@@ -155,7 +155,7 @@ def align_impacts(
     (500, 2.5, 5e-05)
     """
     for name, train in (("impacts", impacts), ("reference", reference)):
-        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Impacts.from_times makes them from instants")
         if len(train) < FEWEST:
             raise InvalidInput(
                 name, f"{len(train)} impacts", f"{FEWEST} or more", "Fewer fit at any delay"

@@ -122,8 +122,10 @@ def combine_impacts(
     >>> both.impacts.time, both.impacts.stop_index
     (array([1. , 1.5, 2. , 2.5]), array([0, 1, 0, 1]))
     """
-    if not isinstance(trains, Sequence) or not trains:
-        raise InvalidInput("trains", trains, "a sequence of Impacts, one for each sensor")
+    required = "a sequence of Impacts, one for each sensor"
+    trains = entries("trains", trains, required)
+    if not trains:
+        raise InvalidInput("trains", trains, required)
     for k, train in enumerate(trains):
         instance(f"trains[{k}]", train, Impacts, "Impacts")
     within = number("within", within, above=0)

@@ -211,7 +211,7 @@ def compare(
     0.001
     """
     for name, train in (("a", a), ("b", b)):
-        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Impacts.from_times makes them from instants")
     called = texts("names", names, 2, "a train")
     first, second = (
         _train(name, train, forcing_period) for name, train in zip(called, (a, b), strict=True)

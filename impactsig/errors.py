@@ -51,16 +51,22 @@ class InvalidInput(ImpactsigError, ValueError):
 
     def __init__(self, argument: str, value: Any, required: str, remedy: str = "") -> None:
         self.argument, self.value, self.required, self.remedy = argument, value, required, remedy
-        text = os.fspath(value) if isinstance(value, os.PathLike) else value
-        shown = text if isinstance(text, str) and text else repr(value)
-        if len(shown) > 80:
-            shown = shown[:77] + "..."
-        message = f"{argument}: got {shown}; required: {required}"
+        message = f"{argument}: got {shown(value)}; required: {required}"
         super().__init__(f"{message}. {remedy}" if remedy else message)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Keep the fields when the error crosses a process boundary."""
         return type(self), (self.argument, self.value, self.required, self.remedy)
+
+
+def shown(value: Any) -> str:
+    """Text of a value for a message, at most 80 characters."""
+    try:
+        text = os.fspath(value) if isinstance(value, os.PathLike) else value
+        shown = text if isinstance(text, str) and text else repr(value)
+    except Exception:  # a value's own methods may raise anything
+        shown = f"<{type(value).__name__}>"
+    return shown if len(shown) <= 80 else shown[:77] + "..."
 
 
 class UnreadableFile(ImpactsigError, OSError):

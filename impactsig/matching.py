@@ -128,7 +128,7 @@ def match_impacts(
     2 of 3 impacts found, 1 spurious; F1 0.6667 within 1 ms, 100 µs RMS
     """
     for name, train in (("found", found), ("truth", truth)):
-        instance(name, train, Impacts, "Impacts", "Of instants make them by from_times")
+        instance(name, train, Impacts, "Impacts", "Impacts.from_times makes them from instants")
     within = number("within", within, above=0)
     late = 0.0 if delay is None else number("delay", delay)
     from ._assignment_kernels import assign

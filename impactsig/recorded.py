@@ -187,7 +187,9 @@ class RecordedMotion(Shown):
         InvalidInput
             If no impact has room for both fits beside it.
         """
-        instance("impacts", impacts, Impacts, "Impacts", "Of instants make them by from_times")
+        instance(
+            "impacts", impacts, Impacts, "Impacts", "Impacts.from_times makes them from instants"
+        )
         if within is None:
             intervals = impacts.intervals()
             within = min(5e-3, 0.2 * float(np.median(intervals))) if len(intervals) else 5e-3

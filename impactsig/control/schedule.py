@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from .._arguments import number
+from .._arguments import entries, number, pair
 from ..errors import InvalidInput
 from .feedback import DelayedFeedback
 from .intervals import IntervalFeedback
@@ -61,10 +61,7 @@ def schedule(
 
 def _pairs(given: Any) -> tuple[Phase, ...]:
     required = "a DelayedFeedback, IntervalFeedback or OGY, or pairs (start, one of them or None)"
-    try:
-        pairs = [(since, own) for since, own in given]
-    except Exception:
-        raise InvalidInput("controller", given, required) from None
+    pairs = [pair("controller", one, required) for one in entries("controller", given, required)]
     right = all(own is None or isinstance(own, KINDS) for _, own in pairs)
     if not pairs or not right:
         raise InvalidInput("controller", given, required)

@@ -6,14 +6,22 @@ import math
 import re
 from typing import Any
 
-import numpy as np
-
-from .._arguments import number
+from .._arguments import limits, number, real
 from ..errors import InvalidInput
 from .search.judging import Level
 
 _PERCENT = re.compile(r"\s*([0-9.eE+-]+)\s*%\s*")
 _SIGMAS = re.compile(r"\s*([0-9.eE+-]+)\s*(?:σ|sigmas?)\s*")
+
+
+def _amount(match: re.Match[str] | None, given: Any) -> float:
+    """The number of a matched text, else the value itself; NaN for what is no number."""
+    if match is None:
+        return real(given)
+    try:
+        return float(match[1])
+    except ValueError:
+        return math.nan
 
 
 def parse_threshold(threshold: float | str | None) -> Level:
@@ -27,10 +35,7 @@ def parse_threshold(threshold: float | str | None) -> Level:
     if threshold is None:
         return Level()
     match = _SIGMAS.fullmatch(threshold) if isinstance(threshold, str) else None
-    try:
-        value = float(match[1] if match else threshold)
-    except Exception:
-        value = math.nan
+    value = _amount(match, threshold)
     if not (math.isfinite(value) and value > 0):
         raise InvalidInput(
             "threshold", threshold, 'a positive level, or a multiple of the noise such as "6 sigma"'
@@ -61,10 +66,7 @@ def parse_contact_level(level: float | str) -> tuple[float, bool]:
         If it is neither a level of 0 or more nor a percentage below 100.
     """
     match = _PERCENT.fullmatch(level) if isinstance(level, str) else None
-    try:
-        value = float(match[1]) / 100 if match else float(level)
-    except Exception:
-        value = math.nan
+    value = _amount(match, level) / (100 if match else 1)
     if not (math.isfinite(value) and value >= 0 and (not match or 0 < value < 1)):
         raise InvalidInput(
             "contact_level",
@@ -84,18 +86,8 @@ def parse_contact_time(span: Any) -> tuple[float, float | None]:
     """
     if span is None:
         return 0.0, None
-    try:
-        shortest, longest = (float(one) for one in span)
-    except Exception:
-        shortest = longest = math.nan
-    if not (0 <= shortest < longest < math.inf):
-        raise InvalidInput(
-            "contact_time",
-            span,
-            "the shortest and the longest contact [s], 0 <= shortest < longest",
-            "contact_time=(0, 0.1) finds pulses of up to 0.1 s",
-        )
-    return shortest, longest
+    required = "the shortest and the longest contact [s], such as (0, 0.1)"
+    return limits("contact_time", span, required, least=0.0)
 
 
 def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
@@ -107,7 +99,7 @@ def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
         For the first that is not its default.
     """
     for name, value, default in asked:
-        if np.ndim(value) or value != default:
+        if value != default:
             other = "force" if kind == "sound" else "sound"
             raise InvalidInput(
                 name, value, f"its default for {kind}", f"It is of {other} records only"

@@ -21,7 +21,7 @@ from .._impact_tables import packed, unpacked
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
 from ..io.companions import settings_beside
-from ..studies.fingerprint import digest
+from ..studies.fingerprint import digest, stamp
 from ._run import Run
 
 CONTENTS = "contents.jsonl"
@@ -74,23 +74,23 @@ class Kept:
             raise UnwritableFile(self.folder, reason, "Give another directory=") from None
         for line in written.splitlines():
             try:
-                name, stamp, content = json.loads(line)
-                self._stamps[name] = (stamp, content)
+                name, known, content = json.loads(line)
+                self._stamps[name] = (known, content)
             except (ValueError, TypeError):
                 continue  # cut short by a kill
 
     def known_content(self, path: Path) -> str | None:
         """The digest of a recording that has not changed since it was taken."""
-        stamp, content = self._stamps.get(str(path.absolute()), (None, ""))
-        return content if stamp is not None and stamp == _stamp(path) else None
+        known, content = self._stamps.get(str(path.absolute()), (None, ""))
+        return content if known is not None and known == _stamps_of(path) else None
 
     def learn(self, contents: dict[Path, str]) -> None:
         """Keep the digests of recordings, of those that have been left alone for a while."""
         new = {}
         for path, content in contents.items():
-            stamp = _stamp(path)
-            if stamp is not None and time() - max(stamp[1::2]) * 1e-9 > SETTLED:
-                new[str(path.absolute())] = (stamp, content)
+            now = _stamps_of(path)
+            if now is not None and time() - max(now[1::2]) * 1e-9 > SETTLED:
+                new[str(path.absolute())] = (now, content)
         if not new:
             return
         with (self.folder / CONTENTS).open("a", encoding="utf-8") as file:
@@ -149,17 +149,15 @@ class Kept:
             temporary.write_bytes(json.dumps(row, sort_keys=True).encode() + b"\n" + impacts)
 
 
-def _stamp(path: Path) -> list[int] | None:
+def _stamps_of(path: Path) -> list[int] | None:
     """Sizes and times of a recording, its corrections and its settings."""
     settings = settings_beside(path)
-    stamp = []
+    found = []
     for one in (path, beside(path), *(() if settings is None else (settings,))):
         try:
-            state = one.stat()
+            found += stamp(one)
         except OSError:
             if one == path:
                 return None
-            stamp += [0, 0]
-        else:
-            stamp += [state.st_size, state.st_mtime_ns]
-    return stamp
+            found += [0, 0]
+    return found

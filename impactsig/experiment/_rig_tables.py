@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from .._arguments import choice, flag, instance, number, text, whole
+from .._arguments import choice, flag, instance, limits, number, text, whole
 from ..errors import InvalidInput
 
 USES = ("impacts", "forcing", "tacho")
@@ -71,13 +71,8 @@ def _whole(least: int) -> Callable[[str, Any], int]:
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
-    required = "two times [s], the shortest and the longest contact"
-    if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise InvalidInput(name, value, required)
-    shortest, longest = (number(name, one, required, least=0) for one in value)
-    if shortest >= longest:
-        raise InvalidInput(name, value, required, "The first must be less than the second")
-    return shortest, longest
+    required = "the shortest and the longest contact [s], such as [0, 0.1]"
+    return limits(name, value, required, least=0)
 
 
 def _pattern(name: str, value: Any) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import entries, instance, number
+from .._arguments import choice, instance, limits, number, some_of
 from ..errors import InvalidInput
 from ..impacts import INFERRED, Impacts
 from ..intervals import identify_period
@@ -26,29 +26,17 @@ LOCKED = 25.0
 
 def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
     """Validate the free parameters; returns them in the order of the search."""
-    required = f"some of {', '.join(PARAMETERS)}, each once"
-    names = (free,) if isinstance(free, str) else entries("free", free, required)
-    if not all(isinstance(name, str) and name in PARAMETERS for name in names):
-        raise InvalidInput("free", free, required)
-    if not names or len(set(names)) < len(names):
-        raise InvalidInput("free", free, required)
-    return tuple(name for name in PARAMETERS if name in names)
+    return some_of("free", free, PARAMETERS)
 
 
 def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
     """Kinds of machine to compare, which many trains tell."""
-    try:
-        names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
-        known = 0 < len(names) == len(set(names)) and set(names) <= set(KINDS)
-    except TypeError:
-        known = False
-    if not known:
-        raise InvalidInput("kinds", kinds, f"some of {', '.join(KINDS)}, each once")
+    names = some_of("kinds", kinds, KINDS)
     if not many and names != ("rigid",):
         raise InvalidInput(
             "kinds", kinds, '("rigid",) with one train', "Give a list of trains, which tell more"
         )
-    return tuple(name for name in KINDS if name in names)
+    return names
 
 
 def known_parameters(
@@ -83,37 +71,31 @@ def limits_of(
 ) -> dict[str, tuple[float, float]]:
     """Bounds of each free parameter."""
     about = known["natural_frequency"]
-    limits = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
-    if "natural_frequency" in limits:
-        limits["natural_frequency"] = (0.9 * about, 1.1 * about)
+    found = {name: (PARAMETERS[name].low, PARAMETERS[name].high) for name in names}
+    if "natural_frequency" in found:
+        found["natural_frequency"] = (0.9 * about, 1.1 * about)
     required = "a mapping of free parameters to pairs of numbers"
     given = {} if bounds is None else instance("bounds", bounds, Mapping, required)  # type: ignore[type-abstract]
-    for name, pair in given.items():
+    for name, between in given.items():
         if name not in names:
             raise InvalidInput("bounds", name, f"free parameters only: {', '.join(names)}")
-        try:
-            low, high = (number("bounds", one) for one in pair)
-        except Exception:  # no pair
-            low = high = math.nan
         least = 0.0 if name == "restitution" else 5e-324
         most = {"restitution": 1.0, "damping": 0.99}.get(name, math.inf)
-        if not least <= low < high <= most:
-            kind = f"from {'0' if least == 0 else 'above 0'} to {most:g}"
-            raise InvalidInput("bounds", f"{name}: {pair}", f"two numbers {kind}, the lesser first")
-        limits[name] = (low, high)
-    return limits
+        kind = f"from {'0' if least == 0 else 'above 0'} to {most:g}"
+        required = f"two numbers {kind}, the lesser first"
+        found[name] = limits(f"bounds[{name!r}]", between, required, least=least, most=most)
+    return found
 
 
 def strengths_used(impacts: Impacts, strengths: Any) -> str | None:
     """Name of the measured quantity that is used as strength."""
-    kinds = ("impulse", "peak", "approach_velocity")
     if strengths is None:
         return None
-    if strengths == "auto":
-        return next((kind for kind in kinds if getattr(impacts, kind) is not None), None)
-    if strengths not in kinds:
-        raise InvalidInput("strengths", strengths, f'"auto", None or one of {", ".join(kinds)}')
-    if getattr(impacts, strengths) is None:
+    kinds = ("impulse", "peak", "approach_velocity")
+    measured = [kind for kind in kinds if getattr(impacts, kind) is not None]
+    if choice("strengths", strengths, ("auto", *kinds)) == "auto":
+        return next(iter(measured), None)
+    if strengths not in measured:
         raise InvalidInput("strengths", strengths, f"impacts with a measured {strengths}")
     return str(strengths)
 
@@ -129,10 +111,8 @@ def strengths_of(impacts: Impacts, used: str) -> np.ndarray:
     return strength
 
 
-def observed(impacts: Any, forcing_period: float, fewest: int) -> tuple[Impacts, float]:
+def observed(impacts: Impacts, forcing_period: float, fewest: int) -> tuple[Impacts, float]:
     """Those that were measured, and the frequency of the forcing, refined on them."""
-    if not isinstance(impacts, Impacts):
-        raise InvalidInput("impacts", impacts, "Impacts", "Of instants make them by from_times")
     frequency = 1 / number("forcing_period", forcing_period, above=0)
     impacts = impacts[(impacts.flags & INFERRED) == 0]
     count = min(len(impacts), len(impacts.intervals()) + 1)

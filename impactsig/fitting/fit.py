@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, cast, overload
 
-from .._arguments import Seed, flag, streams
+from .._arguments import Seed, flag, instance, streams
 from .._watched import progress
 from ..errors import InvalidInput
 from ..impacts import Impacts
@@ -189,9 +189,11 @@ def fit_oscillator(
         return fit_trains(trains, frequencies, aside, asked)
     if common:
         raise InvalidInput("same_amplitude", True, "False with one train", "Give a list of trains")
+    remedy = "Impacts.from_times makes them from instants"
+    impacts = instance("impacts", impacts, Impacts, remedy=remedy)
+    used = strengths_used(impacts, strengths)
     impacts, frequency = observed(impacts, cast(float, forcing_period), FEWEST)
     refuse_unlocked(impacts, 1 / float(cast(float, forcing_period)))
-    used = strengths_used(impacts, strengths)
     refuse_periodic(impacts, frequency)
     strength = None if used is None else strengths_of(impacts, used)
     train = as_train(impacts, frequency, strength)

@@ -101,7 +101,7 @@ class MachineFit(Shown):
 
     @property
     def decided(self) -> bool:
-        """Whether the kind is told: no other's `log_odds` are above -100.
+        """Whether the kind is decided: no other's `log_odds` are above -100.
 
         The evidence counts what the likeliest courses through the trains leave out, and differs
         by some tens from one draw of these to the next, so that odds of less tell nothing.
@@ -114,9 +114,9 @@ class MachineFit(Shown):
 
         Then the machine is of another kind (a second or soft stop, friction), a parameter that is
         not free is wrong, or a train was given a forcing that is not its own; see the `p_value` of
-        each of the `runs`. Of 37 machines of the kind that is fitted, where the search ended beside
-        the truth, one had so small a p-value; of 28 of another kind, with 4 runs of 400 instants
-        each, 22 had one or were refused.
+        each of the `runs`. Of 37 machines of the fitted kind, where the search ended near the true
+        values, one was marked in this way; of 28 of another kind, with 4 runs of 400 instants each,
+        22 were marked or refused.
         """
         return self.p_value <= MISFIT
 

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .._arguments import Seed, choice, instance, number, streams
+from .._arguments import Seed, choice, instance, limits, streams
 from .._showing import Shown, drawn_by
 from ..errors import ImpactsigWarning, InvalidInput
 from ..recording import Recording
@@ -349,14 +349,8 @@ def _greatest(samples: np.ndarray, rate: float) -> float:
 
 
 def _limits(band: tuple[float, float], rate: float) -> tuple[float, float]:
-    try:
-        low, high = band
-    except Exception:
-        raise InvalidInput("band", band, "two frequencies [Hz]") from None
-    low, high = number("band", low, least=0.0), number("band", high, most=rate / 2)
-    if not low < high:
-        raise InvalidInput("band", band, "the lower frequency first")
-    return low, high
+    required = f"two frequencies from 0 to {rate / 2:g} Hz, the lower first"
+    return limits("band", band, required, least=0.0, most=rate / 2)
 
 
 def _checked(band: Band) -> Band:

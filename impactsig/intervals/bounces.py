@@ -101,9 +101,9 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     Parameters
     ----------
     impacts : Impacts
-        The bounces of one drop, three or more. The longest chain in which each flight is by about
-        the same share shorter than the one before is taken; a flight may lead over one or two
-        impacts that are no bounces, if the chain is longer for it.
+        The bounces of one drop, three or more. The longest chain is used in which every flight is
+        shorter than the one before by about the same factor. A flight may skip one or two impacts
+        that are not bounces, if this makes the chain longer.
     contact_time : float, optional
         Of every impact [s]. By default as measured; where it was not, as of sound, one that all
         impacts share is fitted too, for which five bounces are needed.

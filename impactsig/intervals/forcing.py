@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from .._arguments import reals
 from ..errors import InvalidInput
 from ..recording import Recording
 
@@ -94,14 +95,10 @@ def forcing_cycles(forcing: Forcing, time: np.ndarray) -> tuple[np.ndarray, floa
 
 
 def _instants(forcing: Iterable[float]) -> np.ndarray:
-    try:
-        values = np.asarray(forcing, dtype=np.float64)
-    except Exception:
-        values = np.empty((0, 0))
+    required = "a Recording of one channel, or instants [s], one a forcing period"
+    values = reals("forcing", forcing, required)
     if values.ndim != 1 or not np.isfinite(values).all():
-        raise InvalidInput(
-            "forcing", forcing, "a Recording of one channel, or instants [s], one a forcing period"
-        )
+        raise InvalidInput("forcing", forcing, required)
     return values
 
 

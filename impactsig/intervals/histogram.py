@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import reals, whole
+from .._arguments import one_or_several, reals, whole
 from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from .pairs import Intervals, as_intervals
@@ -104,10 +104,11 @@ def interval_histogram(
             f"some of {LEAST_INTERVAL:g} s or more, so that densities are not beyond float64",
             "Give them in another unit",
         )
-    given = bins is not None and np.ndim(bins) > 0
-    equal = None if bins is None or given else whole("bins", bins, 1, 10**7)
-    if given:
-        edges, rule = _given_edges(bins), "given edges"
+    required = "a positive whole number, or ascending edges [s]"
+    several, single = ((), True) if bins is None else one_or_several("bins", bins, required)
+    equal = whole("bins", bins, 1, 10**7) if single and several else None
+    if not single:
+        edges, rule = _given_edges(several, required), "given edges"
     elif high - low <= 1e-9 * high:
         half = 0.005 * high or 0.5e-9
         edges = np.linspace(low - half, high + half, (equal or 1) + 1)
@@ -129,8 +130,7 @@ def interval_histogram(
     return IntervalHistogram(count / count.sum() / np.diff(edges), edges, count, rule)
 
 
-def _given_edges(bins: Any) -> np.ndarray:
-    required = "a positive whole number, or ascending edges [s]"
+def _given_edges(bins: tuple[Any, ...], required: str) -> np.ndarray:
     edges = reals("bins", bins, required)
     if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
         raise InvalidInput("bins", bins, required)

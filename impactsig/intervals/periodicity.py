@@ -95,7 +95,7 @@ class SpeedDrift(Shown):
 
     @property
     def range(self) -> float:
-        """Greatest less least speed, relative to the mean."""
+        """Difference between the greatest and the least speed, relative to the mean."""
         return float(np.ptp(self.speed))
 
 
@@ -114,8 +114,8 @@ class Periodicity(Shown):
         less than four forcing periods).
     probability : mapping of str to float
         Of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and "irregular"; all 0
-        where it cannot be told. Bands too narrow to be seen under the jitter count in "banded", so
-        a periodic motion with jitter has odds near 1 against it.
+        where the data do not decide. Bands too narrow to be seen under the jitter count in
+        "banded", so a periodic motion with jitter has odds near 1 against it.
     confidence : float
         Probability of the answer that `describe` gives in words.
     impacts, periods : int or None

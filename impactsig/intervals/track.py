@@ -107,11 +107,11 @@ def track_period(
 ) -> PeriodTrack:
     """Track the motion through a run: probabilities of periods over time, and changes.
 
-    `identify_period` is asked about windows that overlap by three quarters. The sequence of periods
-    with the greatest probability, a change taken to be as improbable as exp(-5), is found by
-    Viterbi's algorithm; each change is then placed where the impacts before and after it are
-    explained best by their own periods, and each stretch between changes is identified anew. Where
-    stretches that follow each other have one motion, there is no change between them.
+    `identify_period` is applied to windows that overlap by three quarters. Viterbi's algorithm
+    finds the most probable sequence of periods, where a change has the probability exp(-5). Each
+    change is then placed where the periods before and after it explain the impacts best, and each
+    stretch between changes is identified again. Successive stretches with the same motion are
+    joined.
 
     Parameters
     ----------

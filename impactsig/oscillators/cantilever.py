@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .._arguments import instance, number, whole
+from .._arguments import instance, number, one_or_several, reals, whole
 from .._showing import drawn_by
 from ..errors import InvalidInput
 from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
@@ -200,15 +200,10 @@ class Cantilever:
         InvalidInput
             If there is no such mode, or a place is not on the beam.
         """
-        import numpy as np
-
         from ._cantilever_modes import roots, shape
 
         mode = whole("mode", mode, 1)
-        try:
-            x = np.asarray(x, float)
-        except Exception:
-            raise InvalidInput("x", x, "distances from the clamp [m]") from None
+        x = reals("x", x, "distances from the clamp [m]")
         if not ((x >= 0) & (x <= self.length * (1 + 1e-12))).all():
             raise InvalidInput("x", x, f"places on the beam, 0 to {self.length:g} m")
         b, above = roots(mode)
@@ -262,15 +257,11 @@ def _check_forcing(forcing: Any) -> None:
 
 def _ratios(given: Any, modes: int) -> float | tuple[float, ...]:
     """Damping of all modes, or of each."""
-    try:
-        several = None if isinstance(given, str) else tuple(given)
-    except TypeError:
-        several = None
-    ratios = (number("damping_ratio", given),) if several is None else tuple(
-        number("damping_ratio", one) for one in several
-    )  # fmt: skip
-    if several is not None and len(ratios) != modes:
-        raise InvalidInput("damping_ratio", given, f"a number, or one for each of {modes} modes")
+    required = f"a number, or one for each of {modes} modes"
+    several, single = one_or_several("damping_ratio", given, required)
+    ratios = tuple(number("damping_ratio", one) for one in several)
+    if not single and len(ratios) != modes:
+        raise InvalidInput("damping_ratio", given, required)
     if not all(0 <= ratio < 1 for ratio in ratios):
         raise InvalidInput("damping_ratio", given, "shares of the critical, 0 or greater, below 1")
-    return ratios[0] if several is None else ratios
+    return ratios[0] if single else ratios

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from .._arguments import flag, text
+from .._arguments import all_of, flag, text
 from ..errors import InvalidInput
 from .parts import (
     BaseMotion,
@@ -114,16 +114,8 @@ class Oscillator:
             self, "in_seconds", flag("in_seconds", self.in_seconds) or self.time_unit != 1
         )
         for name, kind in (("forces", Force), ("stops", Stop)):
-            items = getattr(self, name)
-            if isinstance(items, kind):
-                items = (items,)
-            try:
-                right = all(isinstance(item, kind) for item in items)
-            except TypeError:
-                right = False
-            if not right:
-                raise InvalidInput(name, items, f"{kind.__name__}(...), one or several")
-            items = tuple(items)
+            required = f"{kind.__name__}(...), one or several"
+            items = all_of(name, getattr(self, name), kind, required)
             object.__setattr__(self, name, items)
         if self.base is not None and not isinstance(self.base, BaseMotion):
             raise InvalidInput("base", self.base, "BaseMotion(...) or None")
@@ -222,7 +214,7 @@ class Oscillator:
 
     @property
     def forcing_recurs(self) -> bool:
-        """Whether there is forcing, and all of it recurs after `forcing_period`."""
+        """Whether there is forcing, all of which repeats after `forcing_period`."""
         return bool(self.angular_frequencies) and self._recurrence.recurs
 
     @property

@@ -190,7 +190,7 @@ class KelvinVoigt:
         mass: float = 1.0,
         ends: Literal["gap", "force"] = "gap",
     ) -> KelvinVoigt:
-        """The soft stop of given stiffness that returns the share `restitution` of the velocity.
+        """Soft stop with a given stiffness and restitution coefficient.
 
         Its damping is `stop_damping` of the way in which its contact ends.
 

@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..errors import InvalidInput
+from .._arguments import real
+from ..errors import InvalidInput, shown
 
 Fit = Callable[[np.ndarray, np.ndarray], float]
 FitName = Literal["least squares", "theil-sen"]
@@ -38,14 +39,11 @@ def fit_of(given: Any) -> Fit:
 
     def checked(x: np.ndarray, y: np.ndarray) -> float:
         found = given(x, y)
-        try:
-            slope = float(found)
-        except (TypeError, ValueError):
-            slope = np.nan
+        slope = real(found)
         if not np.isfinite(slope):
             raise InvalidInput(
                 "fit",
-                f"a function that returns {found!r}",
+                f"a function that returns {shown(found)}",
                 "a function fit(x, y) that returns the slope, a finite number",
             )
         return slope

@@ -183,9 +183,9 @@ def false_nearest_neighbors(
         g / R_m > growth,    or    sqrt(R_m^2 + g^2) / R_A > size,
 
     R_A the standard deviation of x. Neighbours are exact; those within the Theiler window and those
-    at distance 0, of which no growth can be told, are passed over for the next. Few neighbours are
-    false in noise too, once they are far away: where the next values of neighbours are no nearer to
-    each other than a third of what any two values are, no dimension is given.
+    at distance 0, for which the growth is undefined, are skipped in favour of the next nearest. In
+    noise, too, few neighbours are false once they are far away. So no dimension is given where the
+    next values of neighbours differ by more than a third of the difference between any two values.
 
     Parameters
     ----------

@@ -85,9 +85,9 @@ def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     """Ordinal patterns of a series, and their permutation entropy [BandtPompe2002]_.
 
     The pattern of (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) is the order in which its values
-    stand. Of equal values the earlier counts as the lesser, as in the paper; where many are equal,
-    as rounding makes them, rising patterns are too frequent by that, and `warnings` says so. No
-    vector reaches across a gap of the run.
+    stand. Of two equal values the earlier counts as the smaller, as in the paper. Where many values
+    are equal, because they were rounded, rising patterns are therefore too frequent, and `warnings`
+    says so. No vector spans a gap of the run.
 
     Parameters
     ----------

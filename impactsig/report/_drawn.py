@@ -15,7 +15,7 @@ from typing import Any
 
 from .._atomic import atomic_path
 from .._sources import ROOT
-from ..studies.fingerprint import digest
+from ..studies.fingerprint import digest, stamp
 
 FOLDER = ".impactsig"
 
@@ -31,7 +31,7 @@ class Wanted:
         """What was kept of the page, if it is what would be written now."""
         try:
             kept = json.loads(_beside(self.page).read_text(encoding="utf-8"))
-            same = kept["digest"] == self.digest and kept["page"] == _stamp(self.page)
+            same = kept["digest"] == self.digest and kept["page"] == stamp(self.page)
         except (OSError, ValueError, KeyError, TypeError):
             return None
         return kept if same else None
@@ -40,7 +40,7 @@ class Wanted:
         """Keep that the page is current, with what the list says of it."""
         place = _beside(self.page)
         place.parent.mkdir(exist_ok=True)
-        kept = {"digest": self.digest, "page": _stamp(self.page), **said}
+        kept = {"digest": self.digest, "page": stamp(self.page), **said}
         with atomic_path(place) as temporary:
             temporary.write_text(json.dumps(kept), encoding="utf-8")
 
@@ -62,8 +62,3 @@ def _package() -> str:
 
 def _beside(page: Path) -> Path:
     return page.parent / FOLDER / f"{page.name}.json"
-
-
-def _stamp(page: Path) -> list[int]:
-    state = page.stat()
-    return [state.st_size, state.st_mtime_ns]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import instance, number, reals
+from .._arguments import GREATEST, instance, number, one_of_them, reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..simulate.basis.frame import reference_frequency
@@ -18,6 +18,8 @@ from ._scales import Survey, survey
 from .paths.running import Method, check_method
 
 TURN = 2 * math.pi
+SHORTEST = 1e-300
+"""Of a run that can be cut into steps, in the oscillator's unit of time."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,9 @@ def course(
     # Of both, in the oscillator's unit of time.
     unit = TURN / omega if omega is not None and duration is None else 1 / oscillator.time_unit
     length, before = length * unit, before * unit
+    if length < SHORTEST:
+        name, given = one_of_them(periods=periods, duration=duration)
+        raise InvalidInput(name, given, f"a longer time, {SHORTEST:g} of the unit of time or more")
     phase = number("phase", phase) % TURN
     q, v = starts(oscillator, paths, initial, phase)
     found = survey(oscillator, before + length, q, v, phase)
@@ -95,6 +100,7 @@ def course(
     else:
         found.check(number("step", step, above=0), oscillator.time_unit)
         size = step / oscillator.time_unit
+        _refuse_more_steps_than_count("step", step, before + length, size)
     if every is None:
         size = min(size, length)
         stride = min(look, max(int(length / size * (1 + 1e-9)), 1))
@@ -102,11 +108,17 @@ def course(
         apart = number("every", every, above=0) / oscillator.time_unit
         if apart > length * (1 + 1e-9):
             raise InvalidInput("every", every, "no longer than the time that is looked at")
+        _refuse_more_steps_than_count("every", every, before + length, apart)
         stride = math.ceil(apart / size * (1 - 1e-9))
         size = apart / stride
     looks = int(length / (stride * size) * (1 + 1e-9))
     before_steps = math.ceil(before / (stride * size) * (1 - 1e-9)) * stride
     return Course(q, v, phase, size, stride, before_steps, looks, found)
+
+
+def _refuse_more_steps_than_count(name: str, given: float, length: float, step: float) -> None:
+    if not step or not length / step < GREATEST:
+        raise InvalidInput(name, given, f"a time of which fewer than {GREATEST:g} make the run")
 
 
 def starts(

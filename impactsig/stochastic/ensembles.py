@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import Seed, thread_count, whole
+from .._arguments import Seed, limits, thread_count, whole
 from .._showing import Shown
-from .._watched import progress
+from .._threads import in_threads
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..studies.device import Executor, on_gpu
@@ -225,7 +224,7 @@ def simulate_ensemble(
     """
     paths, bins = whole("paths", paths, 2), whole("bins", bins, 8)
     gpu = on_gpu(executor, workers)
-    threads = thread_count(workers)
+    threads = 1 if gpu else thread_count(workers)
     found = course(
         oscillator, paths, periods=periods, duration=duration, transient=transient,
         initial=initial, phase=phase, method=method, step=step, every=every, look=LOOK,
@@ -246,11 +245,7 @@ def simulate_ensemble(
     def one(first: int) -> _Part:
         return look_at(mover, found, table, edges, first, min(first + together, paths))
 
-    parts = []
-    with ThreadPoolExecutor(1 if gpu else threads) as pool, progress(paths, " paths") as advance:
-        for part in pool.map(one, range(0, paths, together)):
-            parts.append(part)
-            advance(min(together, paths - together * (len(parts) - 1)))
+    parts = in_threads(one, range(0, paths, together), threads, " groups of paths")
     return _gather(oscillator, method, found, edges, parts)
 
 
@@ -268,13 +263,7 @@ class _Part:
 def _edges(name: str, given: Any, known: tuple[float, float], bins: int) -> np.ndarray:
     """Edges of the cells."""
     if given is not None:
-        try:
-            low, high = (float(value) for value in given)
-        except Exception:
-            low = high = math.nan
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise InvalidInput(name, given, "two finite numbers, the first less than the second")
-        known = low, high
+        known = limits(name, given, "two finite numbers, the first less than the second")
     return np.linspace(*known, bins + 1)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +18,8 @@ from ..simulate.moved import Moved
 from ._arguments import TURN, course
 from .paths.running import Method, Mover, key_of
 
-if TYPE_CHECKING:
-    pass
-
 BATCH = 1 << 15  # steps in a call of the kernel, so that a run can be interrupted
-ROOM = 2 * BATCH  # impacts that a call has room for
+ROOM = 2 * BATCH  # impacts that a call has room for at first
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -159,9 +156,15 @@ def move(
     while done < steps:
         until = min(done + BATCH, steps)
         looks = until // found.every - done // found.every
+        before, step = group.state.copy(), group.step
         group.count[:] = 0
-        seen.append(group.move(until - done, found.every, looks, events))
-        hits.append(events[: min(group.count[0], ROOM)].copy())
+        part = group.move(until - done, found.every, looks, events)
+        if group.count[0] > len(events):  # again with room for all: the noise goes with the step
+            events = np.empty((2 * int(group.count[0]), 3))
+            group.state[:], group.step = before, step
+            continue
+        seen.append(part)
+        hits.append(events[: group.count[0]].copy())
         done = until
     x, v = np.concatenate(seen, axis=1)[0].T
     finite = np.isfinite(x) & np.isfinite(v)

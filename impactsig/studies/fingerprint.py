@@ -50,6 +50,12 @@ def digest(text: str | bytes) -> str:
     return hashlib.blake2b(text.encode() if isinstance(text, str) else text).hexdigest()[:DIGITS]
 
 
+def stamp(path: Path) -> list[int]:
+    """Size and time of a file, which tell whether it may have changed."""
+    state = path.stat()
+    return [state.st_size, state.st_mtime_ns]
+
+
 class _Reader:
     """Serialise values as text that is the same in every process, and collect their code."""
 

@@ -13,9 +13,9 @@ import pytest
 
 import impactsig
 from impactsig import _compiled, _impact_tables, _watched
+from impactsig._threads import in_threads
 from impactsig._watched import following, progress
 from impactsig.cli import _warmup as _warmup_command
-from impactsig.reconstruct import _threads
 
 
 class Terminal(io.StringIO):
@@ -89,7 +89,7 @@ def test_surrogates_are_counted(told):
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_parts_of_a_sum_are_counted(told, workers):
-    assert _threads.in_threads(lambda k: k * k, 7, workers) == [k * k for k in range(7)]
+    assert in_threads(lambda k: k * k, range(7), workers) == [k * k for k in range(7)]
     assert told == [["parts", 7, 7, 1.0]]
 
 

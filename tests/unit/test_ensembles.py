@@ -24,6 +24,7 @@ from impactsig import (
     simulate,
     simulate_ensemble,
 )
+from impactsig.stochastic import noisy_motion
 from impactsig.stochastic.noisy_motion import move
 from impactsig.stochastic.paths.running import Mover, key_of
 from tests import naive_stochastic
@@ -415,3 +416,13 @@ def test_groups_can_be_cut_anywhere():
     group = mover.start(np.ones(3), np.zeros(3), np.arange(3))
     parts = [group.move(steps, 1, steps) for steps in (1, 62, 2, 100, 135)]
     np.testing.assert_array_equal(np.concatenate(parts, axis=1), whole)
+
+
+def test_a_path_keeps_all_impacts_however_many_a_call_meets(monkeypatch):
+    held = Oscillator(damping=0.1, stops=(Stop(0.0, Rigid(0.0)),), noise=Noise(0.1))
+    whole = simulate(held, duration=300, seed=3, method="gaussian")
+    assert len(whole.impacts) > 1000
+    monkeypatch.setattr(noisy_motion, "ROOM", 3)
+    again = simulate(held, duration=300, seed=3, method="gaussian")
+    assert np.array_equal(again.impacts.time, whole.impacts.time)
+    assert np.array_equal(again.x, whole.x)

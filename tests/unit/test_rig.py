@@ -82,7 +82,7 @@ def test_a_file_says_what_the_functions_are_called_with(written):
         ("[reading]", "[detection.x]\n[reading]", "[detection.x]", "one of the keys"),
         ("start = 1.5", 'start = "soon"', "start", "a finite number"),
         ("(?P<value>", "(", "pattern", "a group named value"),
-        ("[0, 0.01]", "[0.01, 0]", "contact_time", "The first must be less"),
+        ("[0, 0.01]", "[0.01, 0]", "contact_time", "such as [0, 0.1]"),
         ("number = 1\n", "", "[[channel]]\nunit", "a name or a number"),
         ("pulses = 2", "pulses = 0", "pulses", "a whole number"),
         ('frequency = "parameter"', 'frequency = "told"', "frequency =", '"parameter" or a number'),

@@ -343,7 +343,7 @@ def fit_soft_stop(
 def _samples(given: ContactSamples | None) -> ContactSamples:
     if given is None:
         return ContactSamples.draw(seed=0)
-    instance("samples", given, ContactSamples, "ContactSamples(...), or nothing")
+    instance("samples", given, ContactSamples, "ContactSamples(...) or None")
     return given
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import function, number, reals, whole
+from ..._arguments import function, instance, number, reals, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
@@ -17,13 +17,15 @@ from ...simulate import simulate_many
 from ..arguments import parameter_names, parameter_values
 
 TOGETHER = 256  # motions that are kept at a time
+RETURNS = "a function of both parameters that makes an Oscillator"
 
 
 def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Mean distance between two stroboscopic sets, each sorted by displacement: e_c.
 
-    The definition is ours: that of the paper is not in the text that is left [Tian]_. Orbits that
-    pass through the same points at different phases of a common period have distance 0.
+    The definition is our own, because the available text of the paper does not contain its
+    definition [Tian]_. Orbits that pass through the same points at different phases of a common
+    period have distance 0.
 
     Parameters
     ----------
@@ -161,7 +163,7 @@ def match_rate(
     1.0
     """
     for name, scene in (("first", first), ("second", second)):
-        function(name, scene, "a function of both parameters that makes an Oscillator")
+        function(name, scene, RETURNS)
     axes = parameter_values("x", x), parameter_values("y", y)
     run = {
         "periods": whole("periods", periods, 1),
@@ -172,7 +174,7 @@ def match_rate(
     }
     below = number("below", below, above=0)
     cells = np.full((len(axes[1]), len(axes[0])), np.nan)
-    pairs = zip(_sets(first, axes, run), _sets(second, axes, run), strict=True)
+    pairs = zip(_sets("first", first, axes, run), _sets("second", second, axes, run), strict=True)
     for n, (one, other) in enumerate(pairs):
         if one is not None and other is not None:
             cells.flat[n] = _distance(one, other)
@@ -182,12 +184,16 @@ def match_rate(
 
 
 def _sets(
-    family: Callable[[float, float], Oscillator], axes: tuple[np.ndarray, ...], run: dict[str, Any]
+    name: str,
+    family: Callable[[float, float], Oscillator],
+    axes: tuple[np.ndarray, ...],
+    run: dict[str, Any],
 ) -> Iterator[np.ndarray | None]:
     """Stroboscopic set of every cell in order, a few motions at a time; None for a failed one."""
     cells = list(product(axes[1], axes[0]))
     for start in range(0, len(cells), TOGETHER):
         some = cells[start : start + TOGETHER]
-        for motion in simulate_many([family(x, y) for y, x in some], **run):
+        made = [instance(name, family(x, y), Oscillator, RETURNS) for y, x in some]
+        for motion in simulate_many(made, **run):
             done = motion.status == "complete"
             yield np.column_stack(motion.stroboscopic(run["phase"])) if done else None

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import number, pair
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ...simulate import simulate
@@ -36,10 +36,7 @@ def checked_section(section: Any) -> Section | None:
     if section is None:
         return None
     required = "the name or number of a coordinate, and a level"
-    try:
-        signal, level = section
-    except (TypeError, ValueError):
-        raise InvalidInput("section", section, required) from None
+    signal, level = pair("section", section, required)
     if not isinstance(signal, (str, int)) or isinstance(signal, bool):
         raise InvalidInput("section", section, required)
     return signal, number("section", level, required)

@@ -74,7 +74,8 @@ def orbit_period(
     longest : int
         Greatest n to look for.
     tolerance : float
-        What a return may be off by. A motion that still settles is off by what it has to go.
+        Greatest distance of a return from its start. A motion that is still settling returns no
+        closer than the rest of its transient.
     phase : float
         Phase of the strobe [rad].
 

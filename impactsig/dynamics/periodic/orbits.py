@@ -157,11 +157,12 @@ def find_periodic_orbit(  # type: ignore[misc]
 ) -> Any:
     """Find a periodic orbit, stable or not, by damped Newton iteration.
 
-    Of an oscillator on ``P^n(s) - s``, P the stroboscopic map at `phase`, with its derivative from
-    `tangent_map`; of a cantilever in all its modes. Of a flow on ``y(T) - y(0)``, for the state
-    and, where the rates do not depend on time, the period T, the state being moved across the flow
-    only ([Cvitanovic2020]_, on fixed points and how to get them); the derivative comes from the
-    variational equation along the course, by collocation.
+    For an oscillator the iteration solves ``P^n(s) - s = 0``, where P is the stroboscopic map at
+    `phase`, with the derivative from `tangent_map`; for a cantilever the same in all its modes. For
+    a flow it solves ``y(T) - y(0) = 0`` for the state and, where the rates do not depend on time,
+    for the period T, where the state moves across the flow only ([Cvitanovic2020]_, on fixed points
+    and how to get them); the derivative comes from the variational equation along the course, by
+    collocation.
 
     Parameters
     ----------
@@ -191,7 +192,7 @@ def find_periodic_orbit(  # type: ignore[misc]
     method : RungeKutta, optional
         Of an oscillator: how to step; as for `simulate`.
     tolerance : float, optional
-        What the return may be off by, relative to the size of the orbit or attractor: 1e-11 of an
+        Greatest distance of the return, relative to the size of the orbit or attractor: 1e-11 of an
         oscillator, 1e-10 of a flow, unless given. The iteration goes on until rounding ends it.
 
     Returns

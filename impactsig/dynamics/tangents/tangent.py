@@ -28,12 +28,12 @@ class TangentMap(Shown):
     Attributes
     ----------
     matrix : ndarray, shape (d, d)
-        ``matrix @ dy`` is what a start off by dy ends off: of an oscillator displacement and
-        velocity, in its units; of a cantilever modal displacements [m], then velocities [m/s]; of a
-        flow its coordinates. Its entries are those of ``exp(log_scale)`` times `scaled`, and may
-        overflow.
+        ``matrix @ dy`` is the deviation of the final state for a small deviation dy of the initial
+        state: of an oscillator displacement and velocity, in its units; of a cantilever modal
+        displacements [m], then velocities [m/s]; of a flow its coordinates. Its entries are those
+        of ``exp(log_scale)`` times `scaled`, and may overflow.
     scaled, log_scale : ndarray, float
-        The same, for motions so long that the matrix is no number.
+        The same, for motions so long that the matrix overflows.
     log_determinant : float
         Logarithm of its determinant, worked out apart: damping and what every event does to areas.
         -inf where a dimension is lost; NaN for a Hertz stop whose loss goes by its approach
@@ -99,11 +99,11 @@ class TangentMap(Shown):
 def tangent_map(system: Any, **options: Any) -> TangentMap:
     """Derivative of a motion's final state with respect to its initial state.
 
-    Between events the tangent flow is the homogeneous flow of the mode; at impacts, touches, where
-    contact ends, where friction turns, holds or lets go, it jumps by the saltation matrix
-    [Muller1995]_, with the acceleration of a moving base in it; of a cantilever in all its modes.
-    Hertz stops, a force of the user's and flows are stepped, with the variational equation beside
-    them.
+    Between events the tangent flow is the homogeneous flow of the mode; at impacts, at the
+    beginning and end of a contact, and where friction reverses, holds or releases the mass, it
+    jumps by the saltation matrix [Muller1995]_, which includes the acceleration of a moving base;
+    for a cantilever it covers all modes. Hertz stops, a force of the user's and flows are stepped,
+    with the variational equation beside them.
 
     Parameters
     ----------

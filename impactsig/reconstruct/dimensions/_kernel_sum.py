@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from ..._threads import in_threads
 from .._series import unbroken
-from .._threads import in_threads
 from ._kernel_pairs import Leaves, kernel_sums, leaves
 
 STEP = math.log(2) / 2
@@ -234,9 +234,11 @@ class _Vectors(NamedTuple):
         if np.all(weights == weights[:, :1]):
             weights = np.ascontiguousarray(weights[:, :1])
         sums = np.zeros((PARTS, BLOCKS, BLOCKS, len(weights)))
-        in_threads(
-            lambda k: kernel_sums(tree, k, PARTS, float(theiler), weights, sums[k]), PARTS, workers
-        )
+
+        def part(k: int) -> None:
+            kernel_sums(tree, k, PARTS, float(theiler), weights, sums[k])
+
+        in_threads(part, range(PARTS), workers)
         total = sums.sum(axis=0)
         lower = np.tril(np.ones((BLOCKS, BLOCKS)), -1)[..., None]
         found: np.ndarray = total * (1 - lower) + (total * lower).swapaxes(0, 1)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..._arguments import number, thread_count, whole
+from ..._arguments import limits, number, thread_count, whole
 from ..._showing import Shown, drawn_on_figure_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
@@ -505,12 +505,4 @@ def _doubtful(x: Any) -> float:
 
 
 def _scales(given: Any) -> tuple[float, float]:
-    required = "two positive scales, the lesser first"
-    try:
-        low, high = given
-    except Exception:
-        raise InvalidInput("scales", given, required) from None
-    low, high = number("scales", low, required), number("scales", high, required)
-    if not 0 < low < high:
-        raise InvalidInput("scales", given, required)
-    return low, high
+    return limits("scales", given, "two positive scales, the lesser first", above=0.0)

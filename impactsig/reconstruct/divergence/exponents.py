@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..._arguments import choice, number, whole
+from ..._arguments import choice, number, pair, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
@@ -362,10 +362,7 @@ def lyapunov_exponent(
 
 
 def _given_region(region: Any) -> tuple[int, int]:
-    try:
-        first, last = region
-    except Exception:
-        raise InvalidInput("region", region, "first and last step of the line") from None
+    first, last = pair("region", region, "first and last step of the line")
     first, last = whole("region", first, 0), whole("region", last, 1)
     if last - first < 1:
         raise InvalidInput("region", region, "a last step after the first")

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..._arguments import number, thread_count, whole
 from ..._showing import Shown, drawn_by
+from ..._threads import in_threads
 from ...errors import InvalidInput
 from .._series import known, pairs_apart, series, unbroken
-from .._threads import in_threads
 
 MOST_VECTORS = 10_000  # in a matrix of one byte an element
 
@@ -197,9 +197,11 @@ def recurrence_plot(
 
     matrix = np.empty((count, count), np.bool_)
     parts = 4 * thread_count(workers)
-    in_threads(
-        lambda k: close_pairs(values, dimension, delay, radius, k, parts, matrix), parts, workers
-    )
+
+    def part(k: int) -> None:
+        close_pairs(values, dimension, delay, radius, k, parts, matrix)
+
+    in_threads(part, range(parts), workers)
     matrix.flags.writeable = False
     return RecurrencePlot(matrix, radius, dimension, delay)
 
@@ -292,9 +294,11 @@ def recurrence_quantification(
     from ._lines import line_lengths
 
     parts = 4 * thread_count(workers)
-    found = in_threads(
-        lambda k: line_lengths(values, dimension, delay, radius, theiler, k, parts), parts, workers
-    )
+
+    def part(k: int) -> tuple[np.ndarray, np.ndarray]:
+        return line_lengths(values, dimension, delay, radius, theiler, k, parts)
+
+    found = in_threads(part, range(parts), workers)
     diagonals, verticals = (sum(lines) for lines in zip(*found, strict=True))
     present = known(values)
     constant = present.min() == present.max()

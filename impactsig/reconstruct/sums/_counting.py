@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..._arguments import thread_count
+from ..._threads import in_threads
 from .._neighbors import Tree, columns_of, tree
 from .._series import known, unbroken
-from .._threads import in_threads
 from . import _boxes, _pairs
 from ._box_pairs import count_pairs_of_boxes
 
@@ -171,7 +171,7 @@ def _by_tree(one: Boxes, bins: _pairs.Bins, workers: int | None) -> np.ndarray:
         count_pairs_of_boxes(*one, boxes, bins, counts, True)
         return counts
 
-    return _within(in_threads(part, nodes, workers))
+    return _within(in_threads(part, range(nodes), workers))
 
 
 def _along_diagonals(
@@ -192,7 +192,7 @@ def _along_diagonals(
         _pairs.count_diagonals(x, some.start, some.stop, some.step, delay, row_of, bins, counts)
         return counts
 
-    return _within(in_threads(part, min(parts, len(lags)), workers))
+    return _within(in_threads(part, range(min(parts, len(lags))), workers))
 
 
 def _near(
@@ -211,7 +211,7 @@ def _near(
         _boxes.count_near(strips, *ends, theiler, row_of, bins, counts)
         return counts
 
-    return _within(in_threads(part, parts, workers))
+    return _within(in_threads(part, range(parts), workers))
 
 
 def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None) -> np.ndarray:
@@ -225,7 +225,7 @@ def _sorted(x: np.ndarray, theiler: int, radii: np.ndarray, workers: int | None)
         return within
 
     counts = np.empty(len(radii), np.int64)
-    for k, within in enumerate(in_threads(part, parts, workers)):
+    for k, within in enumerate(in_threads(part, range(parts), workers)):
         counts[k::parts] = within
     counts = counts[None]
     if theiler:

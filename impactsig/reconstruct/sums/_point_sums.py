@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..._compiled import njit
-from .._threads import in_threads
+from ..._threads import in_threads
 from ._boxes import bin_of
 from ._pairs import MOST_RADII, bins_of
 
@@ -75,7 +75,7 @@ def point_sums(
             lambda k: part(
                 columns, times, n * k // PARTS, n * (k + 1) // PARTS, theiler, euclidean, *rest
             ),
-            PARTS,
+            range(PARTS),
             workers,
         )
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import choice, whole
+from ..._arguments import choice, one_or_several, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from .._arguments import varying
@@ -131,13 +131,11 @@ def prediction_error(
     True
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
-    try:
-        steps = [horizon] if isinstance(horizon, (int, np.integer)) else list(horizon)
-    except TypeError:
-        raise InvalidInput("horizon", horizon, "steps ahead, a whole number or several") from None
+    required = "steps ahead, a whole number or several"
+    steps, _ = one_or_several("horizon", horizon, required)
     horizons = np.array([whole("horizon", step, 1) for step in steps], np.int64)
     if not len(horizons):
-        raise InvalidInput("horizon", horizon, "one whole number of steps or more")
+        raise InvalidInput("horizon", horizon, required)
     choice("predictor", predictor, ("constant", "linear"))
     values = varying(series(x, gap=1))
     reach = (dimension - 1) * delay + int(horizons.max())

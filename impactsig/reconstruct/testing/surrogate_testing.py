@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, choice, whole
+from ..._arguments import Seed, choice, real, whole
 from ..._showing import Shown, drawn_by
 from ..._watched import counted
-from ...errors import InvalidInput
+from ...errors import InvalidInput, shown
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit
 from .prediction import prediction_error, time_reversal_asymmetry
@@ -216,8 +217,7 @@ def surrogate_test(
     if alternative is None:
         alternative = "less" if statistic == "prediction_error" else "two-sided"
     choice("alternative", alternative, ("less", "greater", "two-sided"))
-    linear = surrogates == "autoregressive"
-    choice("surrogates", surrogates, NULL)
+    linear = choice("surrogates", surrogates, NULL) == "autoregressive"
     if linear and statistic == "prediction_error":
         evaluate, name = _gain_of_prediction, "prediction error over that of linear prediction"
     ascending = Scores.of(values).spread if linear else np.sort(values)
@@ -263,13 +263,10 @@ def _name_of(statistic: Callable[..., Any]) -> str:
 
 
 def _number(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number):
+    number = real(value)
+    if not math.isfinite(number):
         raise InvalidInput(
-            "statistic", f"{value!r} from {name}", "a function that returns a number"
+            "statistic", f"{shown(value)} from {name}", "a function that returns a number"
         )
     return number
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number
+from ..._arguments import number, pair
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from .columns import Columns, Forcing, columns_of, components, forcing_of
@@ -68,11 +68,8 @@ def place_of(initial: Any) -> tuple[float, float]:
         If it is not two finite numbers.
     """
     required = "two finite numbers: displacement and velocity"
-    try:
-        x, v = (number("initial", value, required) for value in initial)
-    except Exception:  # no sequence, or not of two
-        raise InvalidInput("initial", initial, required) from None
-    return x, v
+    x, v = pair("initial", initial, required)
+    return number("initial", x, required), number("initial", v, required)
 
 
 @lru_cache(maxsize=64)

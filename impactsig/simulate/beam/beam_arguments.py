@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import reals
+from ..._arguments import pair, reals
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Force, Rigid, Stop
 
@@ -41,11 +41,9 @@ def check_resonance(rates: np.ndarray, ratios: np.ndarray, forcing: Any) -> None
 def initial_state(initial: Any, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Displacements and velocities of all modes."""
     required = f"modal displacements and velocities, of up to {modes} modes"
-    try:
-        parts = [np.atleast_1d(reals("initial", part, required)) for part in initial]
-    except TypeError:
-        raise InvalidInput("initial", initial, required) from None
-    right = len(parts) == 2 and all(part.ndim == 1 and len(part) <= modes for part in parts)
+    given = pair("initial", initial, required)
+    parts = [np.atleast_1d(reals("initial", part, required)) for part in given]
+    right = all(part.ndim == 1 and len(part) <= modes for part in parts)
     if not right or not all(np.isfinite(part).all() for part in parts):
         raise InvalidInput("initial", initial, required)
     q, v = (np.pad(part, (0, modes - len(part))) for part in parts)

@@ -18,7 +18,7 @@ from ..basis.columns import (
     Forcing,
 )
 from ..basis.columns import PHASE as OWN_PHASE
-from ..basis.events import COUNTERS, MODE, TURN
+from ..basis.events import COUNTERS, FASTEST, LOST, MODE, TURN, Q, V
 from ..basis.frame import forcing_of_one, place_of
 from ..basis.laws import PUSHER, RIGID, spring_push
 from .modes import Stack
@@ -154,13 +154,13 @@ def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nd
     mode = mode + ((plan.way[mode] != 0) & (v < 0))
     counts = np.zeros((n, COUNTERS), np.int64)
     counts[:, MODE] = mode
-    states = np.zeros((n, 4))
+    states = np.zeros((n, LOST + 1))
     machine = np.arange(n) if columns.n == n else np.zeros(n, int)
-    states[:, 0] = q - tables.origin[machine, mode]
-    states[:, 1] = v
+    states[:, Q] = q - tables.origin[machine, mode]
+    states[:, V] = v
     # A first touch at next to no speed must not set the scale of chatter.
     weight = np.abs(columns.load) / stack.forcing.inertia
-    states[:, 2] = 1e-6 * (tables.force_bound[:, 0] + weight)
+    states[:, FASTEST] = 1e-6 * (tables.force_bound[:, 0] + weight)
     return states, counts
 
 

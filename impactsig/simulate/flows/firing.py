@@ -38,9 +38,10 @@ def integrate_and_fire(
     The flow is integrated by Dormand and Prince's method of order 8 at a tolerance of 1e-13, and a
     spike is the root of the integral on its interpolant, corrected by a step that ends there. Every
     spike is found, however many a step holds. As long as errors have not grown, instants are right
-    to 1e-10 or better. In a chaotic flow they grow as exp(lambda t), for Lorenz' to 1e-10 within 10
-    and to everything within 35 time units: then the spikes are those of another trajectory nearby,
-    each interval still as accurate as the state it starts from tells it.
+    to 1e-10 or better. In a chaotic flow they grow as exp(lambda t): in Lorenz' system to 1e-10
+    within 10 units of time and to the size of the attractor within 35. The spikes are then those of
+    another trajectory nearby, and each interval is still accurate for the state that it starts
+    from.
 
     Parameters
     ----------

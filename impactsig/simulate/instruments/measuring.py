@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import Seed, number, streams
+from ..._arguments import Seed, number, pair, streams
 from ..._showing import Shown
 from ...errors import InvalidInput
 from ...impacts import Impacts
@@ -233,10 +233,7 @@ def _count(
 
 
 def _chance_of_missing(impacts: Impacts, which: np.ndarray, missed_weak: Any) -> np.ndarray:
-    try:
-        level, scale = missed_weak
-    except Exception:
-        raise InvalidInput("missed_weak", missed_weak, "a pair (level, scale)") from None
+    level, scale = pair("missed_weak", missed_weak, "a pair (level, scale)")
     level = number("missed_weak level", level)
     scale = number("missed_weak scale", scale, above=0)
     strength = strength_of(impacts)

@@ -140,12 +140,12 @@ class Microphone:
         for name in ("distance", "gain"):
             number(name, getattr(self, name), above=0)
         number("noise", self.noise, least=0)
-        try:
-            modes = tuple((f, decay, share) for f, decay, share in self.modes)
-        except Exception:
-            modes = ()
-        if not modes:
-            raise InvalidInput("modes", self.modes, "one (frequency, decay, share) or more")
+        required = "one (frequency, decay, share) or more"
+        modes = tuple(
+            entries("modes", one, required) for one in entries("modes", self.modes, required)
+        )
+        if not modes or any(len(one) != 3 for one in modes):
+            raise InvalidInput("modes", self.modes, required)
         for frequency, decay, share in modes:
             number("modes frequency", frequency, above=0)
             number("modes decay", decay, above=0)

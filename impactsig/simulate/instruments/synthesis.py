@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, instance, number, streams, whole
+from ..._arguments import Seed, entries, instance, number, streams, whole
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...recording import Recording
@@ -135,11 +135,12 @@ def _parts(impacts: Impacts, sensor: Any) -> list[tuple[LoadCell | Microphone, I
     """Each sensor with the impacts that it records."""
     given = [sensor] if isinstance(sensor, (str, LoadCell, Microphone)) else sensor
     wanted = '"force", "sound", a LoadCell or a Microphone, or a sequence of one kind of them'
-    if not isinstance(given, Sequence) or not given:
-        raise InvalidInput("sensor", sensor, wanted)
-    sensors: list[Any] = [_DEFAULTS.get(one) if isinstance(one, str) else one for one in given]
+    sensors: list[Any] = [
+        _DEFAULTS.get(one) if isinstance(one, str) else one
+        for one in entries("sensor", given, wanted)
+    ]
     cells = [isinstance(one, LoadCell) for one in sensors]
-    if not (all(cells) or all(isinstance(one, Microphone) for one in sensors)):
+    if not sensors or not (all(cells) or all(isinstance(one, Microphone) for one in sensors)):
         raise InvalidInput("sensor", sensor, wanted)
     if given is not sensor:
         return [(sensors[0], impacts)]

@@ -112,10 +112,10 @@ def fired_trains(
     """
     choice("kind", kind, ("integral", "crossing"))
     fire = integrate_and_fire if kind == "integral" else threshold_crossings
-    return {
-        f"threshold {level:g}": fire(flow, level, **options)
-        for level in _series("thresholds", thresholds)
-    }
+    levels = _series("thresholds", thresholds)
+    if kind == "integral" and min(levels) <= 0:
+        raise InvalidInput("thresholds", thresholds, "positive numbers for an integral")
+    return {f"threshold {level:g}": fire(flow, level, **options) for level in levels}
 
 
 def _series(name: str, given: Any) -> list[float]:

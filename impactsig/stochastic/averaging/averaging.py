@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import whole
+from ..._arguments import reals, whole
 from ..._showing import Shown, drawn_on_figure_by
 from ...errors import InvalidInput
 from ...oscillators import Noise, Oscillator
@@ -397,10 +397,7 @@ def _reals(name: str, given: Any) -> np.ndarray:
     InvalidInput
         If they are none.
     """
-    try:
-        found = np.asarray(given, float)
-    except Exception:
-        found = np.array(np.nan)
+    found = reals(name, given, "finite numbers")
     if not np.all(np.isfinite(found)):
         raise InvalidInput(name, given, "finite numbers")
     return found

@@ -103,7 +103,8 @@ class DensityShape(Shown):
     def visible(self, least: float) -> DensityShape:
         """The shape without peaks that are lower than the share `least` of the highest.
 
-        With a peak goes the higher of the minima beside it; a bottom whose peak goes is a minimum.
+        Each removed peak takes with it the higher of the two minima beside it. Where the peak at
+        the bottom of the well is removed, the bottom counts as a minimum.
 
         Raises
         ------
