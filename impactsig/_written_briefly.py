@@ -28,7 +28,7 @@ def _array(kind: Any) -> Any:
         return made
     del made._make_refs
 
-    class OfValue(made):  # type: ignore[misc]
+    class OfValue(made):
         """An array whose parts are read from the value that it was made of."""
 
         def __init__(self, context: Any, builder: Any, value: Any = None, ref: Any = None) -> None:
