@@ -31,15 +31,16 @@ def linked_once() -> Iterator[None]:
     if not KNOWN or JITCodeLibrary.finalize is _finalize:
         yield
         return
-    from . import _worked_out_once, _written_briefly  # which import numba's functions of arrays
+    from ._worked_out_once import CHANGED as WORKED_OUT  # these import numba's functions of arrays
+    from ._written_briefly import CHANGED as WRITTEN
 
     changed = (
         (JITCodeLibrary, "finalize", _finalize),
         (_FunctionCompiler, "_customize_flags", _without_c_wrapper),
         (TargetConfig, "__eq__", _are_alike),
         (TargetConfig, "__hash__", _hash),
-        *_worked_out_once.CHANGED,
-        *_written_briefly.CHANGED,
+        *WORKED_OUT,
+        *WRITTEN,
     )
     before = [getattr(owner, name) for owner, name, _ in changed]
     for owner, name, function in changed:
