@@ -31,14 +31,16 @@ def linked_once() -> Iterator[None]:
     if not KNOWN or JITCodeLibrary.finalize is _finalize:
         yield
         return
-    from ._worked_out_once import CHANGED  # imports numba's functions of arrays
+    from ._worked_out_once import CHANGED as WORKED_OUT  # these import numba's functions of arrays
+    from ._written_briefly import CHANGED as WRITTEN
 
     changed = (
         (JITCodeLibrary, "finalize", _finalize),
         (_FunctionCompiler, "_customize_flags", _without_c_wrapper),
         (TargetConfig, "__eq__", _are_alike),
         (TargetConfig, "__hash__", _hash),
-        *CHANGED,
+        *WORKED_OUT,
+        *WRITTEN,
     )
     before = [getattr(owner, name) for owner, name, _ in changed]
     for owner, name, function in changed:
@@ -79,8 +81,9 @@ def _finalize(library: JITCodeLibrary) -> None:
     for one in dict.fromkeys(library._linking_libraries):
         library._reload_init.update(one._reload_init)
         library._final_module.link_in(one._get_module_for_linking(), preserve=True)
-    library._shared_module = _shared(library._final_module)
+    library._shared_module = library._final_module
     if from_outside:
+        library._shared_module = library._final_module.clone()
         library._optimize_final_module()
         for function in library._final_module.functions:
             if function.linkage.name.startswith("linkonce"):
@@ -88,6 +91,7 @@ def _finalize(library: JITCodeLibrary) -> None:
     else:
         library._finalize_dynamic_globals()
         library._final_module = _environments(library._final_module)
+    _leave_to_callers(library._shared_module)
     library._final_module.verify()
     library._finalize_final_module()
 
@@ -101,13 +105,11 @@ def _is_called_from_outside(module: Any) -> bool:
 _WRAPPER, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 
 
-def _shared(module: Any) -> Any:
-    """A copy for others to link."""
-    copy = module.clone()
-    for one in copy.functions:
+def _leave_to_callers(module: Any) -> None:
+    """Let whatever links these functions drop those that it does not call."""
+    for one in module.functions:
         if not one.is_declaration and one.linkage.name == "external":
             one.linkage = "linkonce_odr"
-    return copy
 
 
 def _environments(module: Any) -> Any:

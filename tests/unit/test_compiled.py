@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from numba.core.registry import cpu_target
 
-from impactsig import _compiled
+from impactsig import _compiled, _sources
 from impactsig._private import private_directory
 from impactsig._turns import Turn
 
@@ -587,3 +587,11 @@ linalg.ensure_blas()
 assert "scipy.linalg.cython_blas" in sys.modules
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_compiles_kernels_reaches_no_more_than_it_needs():
+    """All kernels are compiled anew when one of these files changes."""
+    reached = _sources.reached([Path(_compiled.__file__)])
+    names = {one.name for one in reached}
+    assert {"_compiled.py", "_linking.py", "_worked_out_once.py", "_written_briefly.py"} <= names
+    assert len(names) < 15
