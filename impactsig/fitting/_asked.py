@@ -36,7 +36,7 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
-    """Kinds of machine to compare, which many trains tell."""
+    """Kinds of machine to compare: one train tells a soft stop from a rigid one, many the rest."""
     try:
         names = (kinds,) if isinstance(kinds, str) else tuple(kinds)
         known = 0 < len(names) == len(set(names)) and set(names) <= set(KINDS)
@@ -44,10 +44,11 @@ def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
         known = False
     if not known:
         raise InvalidInput("kinds", kinds, f"some of {', '.join(KINDS)}, each once")
-    if not many and names != ("rigid",):
+    if not many and not set(names) <= {"rigid", "soft"}:
         raise InvalidInput(
-            "kinds", kinds, '("rigid",) with one train', "Give a list of trains, which tell more"
-        )
+            "kinds", kinds, '"rigid" and "soft" only with one train',
+            "Give a list of trains, which tell more",
+        )  # fmt: skip
     return tuple(name for name in KINDS if name in names)
 
 
