@@ -32,7 +32,8 @@ PHASE = 4
 PLACES = {name: place for place, name in enumerate(PARAMETERS)} | {"stiffness": OWN}
 """In theta, whose others are the phase and the logarithm of the strength of velocity 1."""
 STRENGTH_NOISE = 0.05  # to begin with
-STIFF = 1000.0  # by the spring's: nearly rigid, where a soft stop is begun
+STIFF = 1000.0, 100.0
+"""By the spring's: where a soft stop is begun, and where again if none was found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +124,11 @@ def orbits(problem: Problem) -> dict[str, Nearest]:
     rigid = _nearest(problem, "rigid", sifted, begun)
     if rigid is not None:
         begun = [(rigid.best.theta, rigid.best.noise), *begun]
-    stiff = [(np.append(theta, math.log(STIFF)), own) for theta, own in begun]
-    soft = _nearest(problem, "soft", sifted, stiff)
+    for stiffness in STIFF:
+        stiff = [(np.append(theta, math.log(stiffness)), own) for theta, own in begun]
+        soft = _nearest(problem, "soft", sifted, stiff)
+        if soft is not None:
+            break
     if soft is not None and (rigid is None or soft.evidence > rigid.evidence):
         # Of two valleys the rigid orbit may have ended in the farther one.
         again = _nearest(problem, "rigid", sifted, [(soft.best.theta[:OWN], soft.best.noise)])
