@@ -186,8 +186,10 @@ def approach(
             damping = max(10 * damping, 1e-2)
         else:
             break
+        # Where the stiffest stop is stepped to twice, the orbit is one of a rigid stop.
+        rigid = len(theta) > OWN and min(theta[OWN], trial[OWN]) >= box[1][OWN]
         theta, noise, here = trial, here.noise, there
         damping *= 0.1
-        if size < SETTLED:
+        if size < SETTLED or rigid:
             break
     return Approach(theta, noise, here)
