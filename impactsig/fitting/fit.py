@@ -208,15 +208,17 @@ def fit_oscillator(
 
 def _likeliest(problems: dict[str, Problem]) -> Problem:
     """That of the kind of stop whose orbit lies nearest to the impacts."""
-    if len(problems) == 1:
-        return next(iter(problems.values()))
-    if not _has_orbit(problems["rigid"]):
+    kind, first = next(iter(problems.items()))
+    if "soft" in problems and not _has_orbit(first):
         raise InvalidInput(
-            "kinds", tuple(problems), "one with impacts that have no strengths, or without damping "
-            "or forcing", "Strengths of the impacts, or many trains, tell the kind of stop",
+            "kinds", tuple(problems),
+            '("rigid",) for instants without strengths, or where a known '
+            "damping or amplitude is 0", "Strengths, or many trains, tell a soft stop",
         )  # fmt: skip
-    found = orbits(problems["rigid"])
-    return problems[max(found, key=lambda kind: found[kind].evidence, default="rigid")]
+    if len(problems) > 1:
+        found = orbits(first)
+        kind = max(found, key=lambda kind: found[kind].evidence, default=kind)
+    return problems[kind]
 
 
 def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
