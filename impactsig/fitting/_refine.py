@@ -33,7 +33,7 @@ PLACES = {name: place for place, name in enumerate(PARAMETERS)} | {"stiffness": 
 """In theta, whose others are the phase and the logarithm of the strength of velocity 1."""
 STRENGTH_NOISE = 0.05  # to begin with
 STIFF = 1000.0, 100.0
-"""By the spring's: where a soft stop is begun, and where again if none was found."""
+"""By the spring's: where a soft stop is begun, and where again unless a rigid one is likelier."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,10 +124,13 @@ def orbits(problem: Problem) -> dict[str, Nearest]:
     rigid = _nearest(problem, "rigid", sifted, begun)
     if rigid is not None:
         begun = [(rigid.best.theta, rigid.best.noise), *begun]
+    soft: Nearest | None = None
     for stiffness in STIFF:
         stiff = [(np.append(theta, math.log(stiffness)), own) for theta, own in begun]
-        soft = _nearest(problem, "soft", sifted, stiff)
-        if soft is not None:
+        one = _nearest(problem, "soft", sifted, stiff)
+        if one is not None and (soft is None or one.evidence > soft.evidence):
+            soft = one
+        if soft is not None and rigid is not None and rigid.evidence > soft.evidence:
             break
     if soft is not None and (rigid is None or soft.evidence > rigid.evidence):
         # Of two valleys the rigid orbit may have ended in the farther one.
