@@ -94,7 +94,7 @@ CHANNEL = {
     "scale": Key(_scale, "multiply samples by this"),
     "offset": Key(_finite, "then add this"),
     "unit": Key(text, "unit of the result"),
-    "stop": Key(_whole(0), "the stop it belongs to, where there are several channels"),
+    "stop": Key(_whole(0), "the stop that it is at, where each stop has a channel"),
     "pulses": Key(_whole(1), "pulses of a tacho in a forcing period"),
 }
 PARAMETER = {

@@ -22,7 +22,7 @@ _WAY = "|".join(word for pair in _PAIRS for word in pair)
 _BEFORE = re.compile(rf"(?<![^\W\d_])({_WAY})([\W_]+)$", re.IGNORECASE)
 _AFTER = re.compile(rf"([\W_]+)({_WAY})(?![^\W\d_])", re.IGNORECASE)
 _EXAMPLES: dict[str, Any] = {
-    "use": "impacts", "sensor": "force", "scale": 1.0, "offset": 0.0, "stop": 0, "pulses": 1,
+    "use": "impacts", "sensor": "force", "scale": 1.0, "offset": 0.0, "pulses": 1,
     "parameter.name": "frequency", "parameter.unit": "Hz", "parameter.from": "file name",
     "parameter.pattern": "(?P<value>[0-9.]+)Hz", "parameter.table": "runs.csv",
     "parameter.channel": "drive", "parameter.key": "frequency", "parameter.branch": "up",
@@ -98,7 +98,8 @@ def rig_text(file: FileInfo, sensor: str, others: Sequence[str] = ()) -> str:
             f"# channel {index}: {channel.length} samples, {rate}{guessed}",
             "[[channel]]",
         ]
-        lines += _keys("", CHANNEL, known)
+        at = {"stop": index} if len(file.channels) > 1 else {}  # one alone is refused
+        lines += _keys("", CHANNEL, known, _EXAMPLES | at)
     set_to: dict[str, dict[str, Any]] = {}
     if (pattern := _pattern(path.stem)) is not None:
         set_to["parameter"] = {
@@ -109,17 +110,20 @@ def rig_text(file: FileInfo, sensor: str, others: Sequence[str] = ()) -> str:
         known = set_to.get(name, {})
         if name == "parameter" and file.metadata and not known:
             lines += ["", f"# metadata of this file: {_plain(', '.join(file.metadata))}"]
-        lines += ["", f"[{name}]" if known else f"# [{name}]", *_keys(f"{name}.", keys, known)]
+        head = f"[{name}]" if known else f"# [{name}]"
+        lines += ["", head, *_keys(f"{name}.", keys, known, _EXAMPLES)]
     return "\n".join(lines) + "\n"
 
 
-def _keys(prefix: str, keys: Mapping[str, Key], known: Mapping[str, Any]) -> list[str]:
+def _keys(
+    prefix: str, keys: Mapping[str, Key], known: Mapping[str, Any], examples: Mapping[str, Any]
+) -> list[str]:
     lines = []
     for key, one in keys.items():
         if key in known:
             entry = _entry(key, known[key])
-        elif f"{prefix}{key}" in _EXAMPLES:
-            entry = f"# {_entry(key, _EXAMPLES[f'{prefix}{key}'])}"
+        elif f"{prefix}{key}" in examples:
+            entry = f"# {_entry(key, examples[f'{prefix}{key}'])}"
         else:
             continue
         lines.append(f"{entry:<{_ASIDE}}  # {one.help}")

@@ -30,12 +30,13 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
-    """Kinds of machine to compare, which many trains tell."""
+    """Kinds of machine to compare: one train tells a soft stop from a rigid one, many the rest."""
     names = some_of("kinds", kinds, KINDS)
-    if not many and names != ("rigid",):
+    if not many and not set(names) <= {"rigid", "soft"}:
         raise InvalidInput(
-            "kinds", kinds, '("rigid",) with one train', "Give a list of trains, which tell more"
-        )
+            "kinds", kinds, '"rigid" and "soft" only with one train',
+            "Give a list of trains, which tell more",
+        )  # fmt: skip
     return names
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..simulate.batches.trains import Impacting, impacts_of_many
 from ._balance import TURN, Courses, Values, courses, forcings
 from ._like_kernels import CAP, distances
-from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, oscillator
+from ._machine import EXTRA, KINDS, LEAST_RESTITUTION, PARAMETERS, PLACES, oscillator
 from ._partition import mean_phases
 from ._problem import Problem
 from ._together import AMPLITUDE, PHASE
@@ -34,7 +34,7 @@ WIDE, NARROW = 12, 8  # amplitudes of each train, there
 FINE, AGAIN = 60, 3  # amplitudes of one train alone, and how many are told
 ROUNDS, KEPT, NARROWER = 4, 6, 0.5
 REACH = math.log(4.0)  # of the amplitudes about that at which the forced motion just touches
-LEAST = {"restitution": 0.02, "damping": LEAST_DAMPING}
+LEAST = {"restitution": LEAST_RESTITUTION, "damping": LEAST_DAMPING}
 SETTLING, LASTING, CROWDED = 15, 30, 10  # periods simulated, and impacts of one
 FASTEST = 1.5  # approach velocity at first
 PAIRS = 200  # of intervals that are compared

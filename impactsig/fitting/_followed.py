@@ -34,6 +34,9 @@ TOLD = np.delete(np.arange(PARAMETERS), STRENGTH)
 """Parameters that instants can tell."""
 BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
 """What the measuring chain is taken for at first: wide, so that every orbit begins."""
+FINEST = 3e-3
+"""Forcing periods between an impact and the nearest of the few hundred states that a course is made
+of: instants that are known better, as those of load cells, would pass for false ones."""
 TEARS = 4  # times that legs are left out, at one step
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
@@ -83,7 +86,8 @@ class Followed:
     @classmethod
     def of(cls, seen: Seen, theta: np.ndarray, seed: int) -> Followed | None:
         """At the likeliest course; None where the oscillator follows hardly any."""
-        path = course(theta, seen.kind, seen.frequency, seen.x, seen.joined, seen.chain, seed)
+        chain = seen.chain._replace(jitter=max(seen.chain.jitter, FINEST))
+        path = course(theta, seen.kind, seen.frequency, seen.x, seen.joined, chain, seed)
         if path is None or path.joined.sum() < FEWEST * len(seen.x):
             return None
         node, led = np.abs(path.node), path.joined.copy()

@@ -64,12 +64,28 @@ KINDS = {"rigid": None, "soft": "stiffness", "two-sided": "second_gap", "echo": 
 """Of machines with many trains, and which of these each has besides."""
 PLACES = {name: place for place, name in enumerate(PARAMETERS)} | dict.fromkeys(EXTRA, 5)
 """In the vectors of joint fits; the phase is between them."""
+LEAST_RESTITUTION = 0.02
+"""Of a soft stop, whose damping has no bound as its restitution vanishes."""
 CHAIN = {
     "jitter": Parameter(1e-4, 0.1, True, 0.7, 0.01),  # forcing periods
     "missed": Parameter(0.0, 0.5, False, 0.02, 5e-4),
     "spurious": Parameter(0.0, 0.5, False, 0.01, 5e-4),
     "strength_noise": Parameter(0.0, 1.0, False, 0.04, 2e-3),
 }
+
+
+def sought_of(
+    kind: str, names: tuple[str, ...], limits: dict[str, tuple[float, float]]
+) -> tuple[tuple[str, ...], dict[str, tuple[float, float]]]:
+    """Free parameters of a kind of machine, and their bounds, from those that all kinds have."""
+    extra, limits = KINDS[kind], dict(limits)
+    if extra is not None:
+        limits[extra] = (EXTRA[extra].low, EXTRA[extra].high)
+        names = (*names, extra)
+    if kind == "soft" and "restitution" in limits:
+        low, high = limits["restitution"]
+        limits["restitution"] = max(low, min(LEAST_RESTITUTION, high)), high
+    return names, limits
 
 
 @takes_arrays("forcing_frequency")

@@ -20,7 +20,7 @@ import numpy as np
 
 from ._contact_kernels import EXTRA, NONE, contacts
 from ._laying_kernels import CUT, lay
-from ._orbit_kernels import Machine, Noise, project
+from ._orbit_kernels import OWN, STRENGTH, Machine, Noise, project
 from ._partition import Sifted
 
 SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
@@ -31,7 +31,7 @@ FAINT = 0.05  # of the mean strength: a floor that hardly any impact knows of
 FLOORS = (FAINT, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 CERTAIN = 5.0  # logarithm of the likelihood, from which another floor is believed
 STEPS, TRIALS = 40, 6
-LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2)  # of a step, on the scale of the parameters
+LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2, 0.4)  # of a step, on the scale of the parameters
 SETTLED = 0.05  # standard deviations that a last step goes
 LOST = 0.5  # share of legs left out where no orbit is followed any more
 
@@ -86,14 +86,16 @@ def follow(theta: np.ndarray, noise: Noise, sight: Sight, free: np.ndarray) -> O
 
     Parameters
     ----------
-    theta : ndarray, shape (PARAMETERS,)
-        As `machine_of` has them, and the logarithm of the strength of an impact of velocity 1.
+    theta : ndarray, shape (OWN,) or (OWN + 1,)
+        As `machine_of` has them, and the logarithm of the strength of an impact of velocity 1; of
+        a soft stop that of its stiffness besides.
     noise : Noise
     sight : Sight
     free : ndarray of int
         Which parameters the step is by.
     """
-    machine, scale = machine_of(theta), math.exp(theta[5])
+    kind = "soft" if len(theta) > OWN else "rigid"
+    machine, scale = machine_of(np.delete(theta, STRENGTH), kind), math.exp(theta[STRENGTH])
     node = np.ascontiguousarray(sight.seen[:, :2] / [1.0, scale])
     joined = sight.joined.copy()
     found = lay(machine, scale, noise, SLACKS, sight.seen, joined, node)
@@ -184,8 +186,10 @@ def approach(
             damping = max(10 * damping, 1e-2)
         else:
             break
+        # Where the stiffest stop is stepped to twice, the orbit is one of a rigid stop.
+        rigid = len(theta) > OWN and min(theta[OWN], trial[OWN]) >= box[1][OWN]
         theta, noise, here = trial, here.noise, there
         damping *= 0.1
-        if size < SETTLED:
+        if size < SETTLED or rigid:
             break
     return Approach(theta, noise, here)

@@ -16,7 +16,7 @@ from ._machine import Parameter, as_impacts, oscillator
 from ._narrow import Estimate
 from ._problem import Problem
 from .prediction import Posterior
-from .result import MISFIT, OscillatorFit
+from .result import DECIDED, MISFIT, OscillatorFit
 
 CONFIDENCE = 0.95
 UNTOLD = {"restitution": 0.5}
@@ -48,12 +48,15 @@ def outcome(
     names, count = problem.free, len(problem.free)
     intervals = intervals_of(problem, estimate.psi, estimate.covariance)
     machine = oscillator(values, frequency)
+    likeliest = max(problem.evidence.values(), default=0.0)
+    odds = {kind: one - likeliest for kind, one in problem.evidence.items()}
     undetermined = tuple(name for name in names if not math.isfinite(intervals[name][0]))
     periodic = settles(machine)
     if periodic or undetermined:
         intervals |= dict.fromkeys(names, (-math.inf, math.inf))
     told = used is not None or "stiffness" in names  # whether the stop is rigid
     warnings = warnings_of(undetermined, periodic, told, verdict)
+    warnings += warnings_of_stop(problem.machine, odds)
     train = problem.simulate(estimate.psi[None])
     simulated = as_impacts(train, frequency, problem.periods)
     chain = {name: values[name] for name in problem.names[count:]}
@@ -81,6 +84,8 @@ def outcome(
         simulated,
         problem.evaluations,
         warnings,
+        problem.machine,
+        odds,
         Posterior(
             estimate.psi, estimate.covariance, problem.box, problem.names,
             {"strength_noise": 0.0, "strength_floor": problem.floor} | problem.known, frequency,
@@ -136,10 +141,28 @@ def warnings_of(
     if verdict.p_value <= MISFIT:
         found.append(
             "misfit: the measured train is farther from the simulated ones than most of these are "
-            "from each other, and the oscillator found does not explain it. A second stop, a soft "
-            "one, or friction cannot be fitted; the intervals hold for one rigid stop only"
+            "from each other, and the oscillator found does not explain it. A second stop, "
+            "friction or a wrong known value is likelier, and the intervals need not hold"
         )
     return tuple(found)
+
+
+def warnings_of_stop(kind: str, log_odds: dict[str, float]) -> tuple[str, ...]:
+    """What the orbits say of the stop, if they do not say that it is of the kind fitted."""
+    for other, odds in log_odds.items():
+        ahead = odds - log_odds[kind]
+        if other != kind and ahead >= DECIDED:
+            return (
+                f"misfit: an oscillator with a {other} stop explains these impacts far better (log "
+                f"odds {ahead:.0f}), and the intervals need not hold. Name both kinds, as "
+                'kinds=("rigid", "soft"), and the likelier one is fitted',
+            )
+        if other != kind and ahead > -DECIDED:
+            return (
+                f"the stop is not told: an oscillator with a {other} one explains these impacts as "
+                f"well (log odds {ahead:.0f}), with other values",
+            )
+    return ()
 
 
 def not_determined(names: tuple[str, ...]) -> str:

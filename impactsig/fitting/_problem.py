@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ._balance import Courses, courses
 from ._echoes import Echoes
-from ._machine import CHAIN, EXTRA, PARAMETERS, Parameter
+from ._machine import CHAIN, EXTRA, KINDS, PARAMETERS, Parameter
 from ._moments import FALSE, Moments
 from ._partition import Train
 from ._simulated import Beginnings, simulated
@@ -34,6 +34,7 @@ class Problem:
     evaluations: int = 0
     beginnings: Beginnings = field(init=False)
     floor: float = 0.0  # of the strengths' noise, by their mean
+    evidence: dict[str, float] = field(default_factory=dict)  # of kinds, as orbits tell it
     orbit: Callable[[Train], np.ndarray] | None = None
     heard: Echoes | None = None  # that the train was rid of
     advance: Callable[[int], Any] = lambda trains: None  # is given how many trains were simulated
@@ -53,6 +54,13 @@ class Problem:
         whole = np.diff(self.train.x)[self.train.joined].sum()
         self.periods = int(np.ceil(whole * self.share))
         self.scale = self._scale()
+
+    @property
+    def machine(self) -> str:
+        """The kind of machine that is fitted."""
+        if self.heard is not None:
+            return "echo"
+        return next((kind for kind, own in KINDS.items() if own in self.free), "rigid")
 
     def kind(self, name: str) -> Parameter:
         """The `Parameter` of a name."""

@@ -22,11 +22,11 @@ from ._asked import (
     strengths_used,
 )
 from ._judging import LEAST_P, judged
-from ._machine import KINDS, as_train
+from ._machine import KINDS, as_train, sought_of
 from ._narrow import Estimate, narrow
 from ._outcome import outcome
 from ._problem import Problem
-from ._refine import refine
+from ._refine import orbits, refine
 from ._search import begin, descend
 from .joint import Asked, fit_trains, telling
 from .machine import MachineFit
@@ -134,7 +134,8 @@ def fit_oscillator(
         Kinds of machine that many trains are compared with, by the evidence of each: of "rigid",
         "soft" (a stop with spring and damper, `KelvinVoigt`), "two-sided" (two rigid stops of the
         same restitution coefficient on either side) and "echo" (a rigid stop, whose impacts are
-        followed by another instant at a delay that all trains share).
+        followed by another instant at a delay that all trains share). Of a single train with
+        strengths "rigid" and "soft".
     seed : int, SeedSequence or Generator, optional
         The same seed gives the same result; a Generator is drawn from and moves on.
 
@@ -155,12 +156,12 @@ def fit_oscillator(
 
     Notes
     -----
-    The forcing must be harmonic, and of a single train the stop rigid. A machine with stops on both
-    sides cannot be fitted to one train, as its impacts do not show which stop they are on: it is
-    refused, or the fit reports a `misfit`, as it does of soft stops where strengths are known. From
-    the instants of one train a soft stop passes for a rigid one with less restitution and damping,
-    and the fit warns of it; many trains tell these apart, if `kinds` names them. Dead time is not
-    in the chain.
+    The forcing must be harmonic. A machine with stops on both sides cannot be fitted to one train,
+    as its impacts do not show which stop they are on: it is refused, or the fit reports a `misfit`.
+    Where strengths are known an orbit is laid with a rigid and with a soft stop, whichever is
+    fitted: if the other is far likelier, the fit is a misfit too. From the instants of one train a
+    soft stop passes for a rigid one with less restitution and damping, and the fit warns of it;
+    many trains tell these apart, if `kinds` names them. Dead time is not in the chain.
 
     Examples
     --------
@@ -198,8 +199,28 @@ def fit_oscillator(
     strength = None if used is None else strengths_of(impacts, used)
     train = as_train(impacts, frequency, strength)
     with progress(None, " trains", leave=False) as advance:
-        problem = Problem(names, known, limits, frequency, train, rng["rigid"], advance=advance)
-        return _fit(problem, impacts, used)
+        problems = {}
+        for kind in compared:
+            sought = sought_of(kind, names, limits)
+            problems[kind] = Problem(
+                sought[0], known, sought[1], frequency, train, rng[kind], advance=advance
+            )
+        return _fit(_likeliest(problems), impacts, used)
+
+
+def _likeliest(problems: dict[str, Problem]) -> Problem:
+    """That of the kind of stop whose orbit lies nearest to the impacts."""
+    kind, first = next(iter(problems.items()))
+    if "soft" in problems and not _has_orbit(first):
+        raise InvalidInput(
+            "kinds", tuple(problems),
+            '("rigid",) for instants without strengths, or where a known '
+            "damping or amplitude is 0", "Strengths, or many trains, tell a soft stop",
+        )  # fmt: skip
+    if len(problems) > 1:
+        found = orbits(first)
+        kind = max(found, key=lambda kind: found[kind].evidence, default=kind)
+    return problems[kind]
 
 
 def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
@@ -211,7 +232,7 @@ def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
         verdict = judged(problem, estimate.psi, estimate.covariance)
         if not verdict.compared:
             continue
-        state = (problem.floor, problem.beginnings)  # that it is simulated with
+        state = (problem.floor, problem.beginnings, problem.evidence)  # that it is simulated with
         tries.append((verdict, estimate, state))
         hopeless = [one.hopeless for one, *_ in tries]
         if verdict.p_value > LEAST_P or sum(hopeless) == ENOUGH:
@@ -223,7 +244,7 @@ def _fit(problem: Problem, impacts: Impacts, used: str | None) -> OscillatorFit:
             "parameters that are not free; a second stop, a soft one, or friction cannot be fitted",
         )  # fmt: skip
     verdict, estimate, state = max(tries, key=lambda one: (one[0].p_value, -one[0].distance))
-    problem.floor, problem.beginnings = state
+    problem.floor, problem.beginnings, problem.evidence = state
     return outcome(problem, impacts, used, estimate, verdict)
 
 
@@ -232,10 +253,7 @@ def _estimate(problem: Problem) -> Estimate | None:
 
     None where the trains simulated at the end of the search have too few impacts.
     """
-    # A damping or an amplitude that is known to be 0 has no logarithm, by which an orbit is found.
-    known = {"damping": 0.5, "amplitude": 1.0} | problem.known
-    followed = 0 < known["damping"] <= 0.99 and known["amplitude"] > 0
-    if problem.train.strength is not None and followed:
+    if _has_orbit(problem):
         problem.floor = 0.0
         refined = refine(problem)
         if refined is not None:
@@ -244,3 +262,13 @@ def _estimate(problem: Problem) -> Estimate | None:
     beginning = begin(problem)
     problem.beginnings = beginning.beginnings
     return narrow(problem, *descend(problem, beginning.free))
+
+
+def _has_orbit(problem: Problem) -> bool:
+    """Whether an orbit can be found beside the impacts, which takes their strengths.
+
+    A damping or an amplitude that is known to be 0 has no logarithm, by which it is found.
+    """
+    known = {"damping": 0.5, "amplitude": 1.0} | problem.known
+    followed = 0 < known["damping"] <= 0.99 and known["amplitude"] > 0
+    return problem.train.strength is not None and followed

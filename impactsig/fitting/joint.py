@@ -16,11 +16,11 @@ from ..intervals import identify_period
 from ..intervals.forcing import keeps_phase
 from ._asked import observed, refuse_unlocked
 from ._balance import TURN
-from ._beginnings import LEAST, amplitudes_like, balanced, simulated_like
+from ._beginnings import amplitudes_like, balanced, simulated_like
 from ._echoes import Echoes, echoes, without
 from ._followed import BEGUN, Followed, Seen
 from ._judging import judged
-from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train
+from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train, sought_of
 from ._narrow import Estimate
 from ._outcome import outcome
 from ._partition import Train
@@ -181,17 +181,12 @@ def _candidate(
     better : Candidate or None
         Of another kind: what is far worse is not refined.
     """
-    extra, limits, names, rng = KINDS[kind], dict(asked.limits), asked.names, asked.rng[kind]
+    extra, rng = KINDS[kind], asked.rng[kind]
+    names, limits = sought_of(kind, asked.names, asked.limits)
     default = PARAMETERS["amplitude"]
     if limits.get("amplitude") == (default.low, default.high):  # well above resonance it takes more
         ratio = max(frequencies) / asked.known["natural_frequency"]
         limits["amplitude"] = default.low, default.high * max(1.0, ratio**2)
-    if extra is not None:
-        limits[extra] = (EXTRA[extra].low, EXTRA[extra].high)
-        names = (*names, extra)
-    if kind == "soft" and "restitution" in limits:
-        low, high = limits["restitution"]
-        limits["restitution"] = max(low, min(LEAST["restitution"], high)), high
     apart = 0.0  # score of the instants that its orbits have not to follow
     if kind == "echo" and heard is not None:
         trains = [without(train, echo) for train, echo in zip(trains, heard.which, strict=True)]

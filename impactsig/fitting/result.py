@@ -22,6 +22,9 @@ LEAST_TRAINS = 40
 MISFIT = 0.1
 """Of the p-value. A soft stop is hidden in part by the parameters of the rigid one that is fitted,
 so that its p-value is often 2/41 or 3/41; a lower level would leave these fits unmarked."""
+DECIDED = 20.0
+"""Logarithm of the odds from which an orbit tells a soft stop from a rigid one. As parameters move,
+single flights are left out or taken in again, each for 8."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +80,12 @@ class OscillatorFit(Shown):
         Trains simulated.
     warnings : tuple of str
         What to know before the numbers are used.
+    kind : {"rigid", "soft", "two-sided", "echo"}
+        The kind of machine that was fitted.
+    log_odds : dict of str to float
+        Where strengths were used, logarithm of the likelihood of the nearest orbit of an oscillator
+        with a "rigid" and with a "soft" stop, less that of the likelier one, whichever was fitted;
+        -inf where none was found. Else empty.
 
     See Also
     --------
@@ -111,6 +120,8 @@ class OscillatorFit(Shown):
     simulated: Impacts = field(repr=False)
     evaluations: int
     warnings: tuple[str, ...]
+    kind: str
+    log_odds: Mapping[str, float]
     _posterior: Posterior | None = field(default=None, repr=False)
 
     @cached_property
@@ -160,15 +171,17 @@ class OscillatorFit(Shown):
     def misfit(self) -> bool:
         """Whether the train contradicts the fitted oscillator: `p_value` of 0.1 or less.
 
-        Then a second or soft stop, friction or wrong parameters among those that are not free are
-        likelier than chance, and the intervals need not hold the truth. One train in ten of an
-        oscillator that is right has so small a p-value.
+        Then a second stop, friction or wrong parameters among those that are not free are likelier
+        than chance, and the intervals need not hold the truth. One train in ten of an oscillator
+        that is right has so small a p-value. It is one too where the other kind of stop is likelier
+        by 20 or more in `log_odds`.
         """
-        return self.p_value <= MISFIT
+        return self.p_value <= MISFIT or self.log_odds.get(self.kind, 0.0) <= -DECIDED
 
     def describe(self) -> str:
         """The numbers in a few lines of words."""
         lines = [in_words(name, self.values[name], self.intervals[name]) for name in self.free]
+        lines = [*stop_in_words(self.kind, self.log_odds), *lines]
         chain = self.chain
         noise = f"jitter {1e3 * chain['jitter']:.3g} ms, missed {chain['missed']:.1%}, "
         noise += f"spurious {chain['spurious']:.1%}"
@@ -189,6 +202,16 @@ class OscillatorFit(Shown):
 
     def __str__(self) -> str:
         return self.describe()
+
+
+def stop_in_words(kind: str, log_odds: Mapping[str, float]) -> list[str]:
+    """The kind of stop that was fitted, beside the other; nothing where they were not compared."""
+    own = log_odds.get(kind, 0.0)
+    return [
+        f"{kind} stop (log odds of a {name} one {odds - own:.0f})"
+        for name, odds in log_odds.items()
+        if name != kind
+    ]
 
 
 def in_words(name: str, value: float, interval: tuple[float, float]) -> str:

@@ -335,10 +335,13 @@ def test_kinds_that_are_none_are_refused(kinds):
         fit_oscillator(trains, [1 / 20.1] * 2, natural_frequency=22.2, kinds=kinds)
 
 
-def test_one_train_has_no_kinds():
-    impacts = simulate(scenes.karpodinis(20.1), periods=5).impacts
+def test_one_train_tells_a_soft_stop_from_a_rigid_one_only():
+    impacts = simulate(scenes.karpodinis(20.1), periods=400, transient=300).impacts
     with pytest.raises(InvalidInput, match="list of trains"):
-        fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "soft"))
+        fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=("rigid", "two-sided"))
+    for kinds in (("rigid", "soft"), "soft"):
+        with pytest.raises(InvalidInput, match="without strengths"):
+            fit_oscillator(impacts, 1 / 20.1, natural_frequency=22.2, kinds=kinds, strengths=None)
 
 
 @pytest.mark.parametrize(

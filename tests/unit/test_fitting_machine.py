@@ -79,6 +79,16 @@ def test_the_likeliest_course_tells_what_is_false_and_what_was_missed():
     assert np.abs(off).mean() < 0.03  # 0.3 on average
 
 
+@pytest.mark.parametrize("jitter", [1e-2, 1e-3, 1e-4])
+def test_impacts_known_better_than_a_course_resolves_are_not_taken_for_false(jitter):
+    truth = chaos()[:300]
+    x = truth.time * 20.1 + jitter * np.random.default_rng(3).standard_normal(len(truth))
+    seen = Seen(20.1, x, np.ones(299, bool), "rigid", Chain(jitter, 0.02, 0.01))
+    orbit = Followed.of(seen, theta(), 1)
+    assert np.mean(~orbit.real) < 0.02
+    assert orbit.led.sum() > 0.9 * 299
+
+
 def test_no_course_leads_over_a_gap():
     x, _ = spoiled((), ())
     joined = np.ones(len(x) - 1, bool)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -207,6 +208,18 @@ def test_every_key_of_a_written_rig_is_accepted(recording, written):
         table, _, key = name.rpartition(".")
         keys = TABLES[table] if table else CHANNEL
         keys[key].check(name, value)
+
+
+def test_the_stop_of_a_channel_is_shown_where_it_may_be_set(recording, written):
+    """Each cell of two may be at a stop of its own; of one channel the stop is refused."""
+    file = info(recording)
+    text = rig_text(file, "force")
+    shown = re.findall("^# stop = .*stop that it is at", text, re.MULTILINE)
+    assert [one.split()[3] for one in shown] == ["0", "1"]
+    stops = Rig.read(written(re.sub("# (stop = .*stop that it is at)", r"\1", text)))
+    assert stops.detecting_options()["stops"] == [0, 1]
+    alone = rig_text(replace(file, channels=file.channels[:1]), "force")
+    assert "stop that it is at" not in alone
 
 
 def test_commands_read_the_rig_beside_a_recording(recording, written, capsys):
