@@ -6,9 +6,9 @@ import functools
 import importlib.util
 import pickle
 
-from ..errors import ImpactsigError, InvalidInput
-from ._cells import Job, brief, name_of
-from .fingerprint import code_of
+from ...errors import ImpactsigError, InvalidInput
+from .._cells import Job, brief, name_of
+from ..fingerprint import code_of
 
 
 def pack(job: Job, code: dict[str, str]) -> bytes:

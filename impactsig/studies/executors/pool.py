@@ -14,8 +14,8 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Protocol, Self, TypeVar
 
-from ._cells import Job, Outcome, run_cells
-from ._grid import Task
+from .._cells import Job, Outcome, run_cells
+from .._grid import Task
 
 Label = TypeVar("Label")
 Labelled = Iterable[tuple[Label, Task]]

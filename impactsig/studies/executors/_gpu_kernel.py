@@ -12,9 +12,9 @@ import numba
 import numpy as np
 from numba import cuda
 
-from ..errors import InvalidInput
-from ._cells import brief, is_compiled, name_of
-from .device_kernels import without_fusing
+from ...errors import InvalidInput
+from .._cells import brief, is_compiled, name_of
+from ..device_kernels import without_fusing
 
 REQUIRED = (
     "for a GPU, a function of one cell, of numbers, that numba can compile and that returns a "

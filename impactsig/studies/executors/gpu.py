@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ImpactsigError
-from ._cells import Job, Outcome, brief, seeded
-from ._grid import Grid, Task
-from ._pool import Threads
-from .device import RESIDENT, THREADS, blocks, simulated
+from ...errors import ImpactsigError
+from .._cells import Job, Outcome, brief, seeded
+from .._grid import Grid, Task
+from ..device import RESIDENT, THREADS, blocks, simulated
+from .pool import Threads
 
 LARGEST = 2**20
 """Cells to a tile, at the most: to keep them takes a quarter of a second, and memory."""

@@ -15,10 +15,10 @@ import sys
 import threading
 from typing import Any
 
-from ..errors import ImpactsigError
-from ._cells import Outcome
-from ._grid import Task
-from ._pool import Threads
+from ...errors import ImpactsigError
+from .._cells import Outcome
+from .._grid import Task
+from .pool import Threads
 
 ATTEMPTS = 2
 """Processes that a task may kill before it is halved."""
@@ -129,7 +129,7 @@ class Children:
         return answer
 
 
-_WORKER = __name__.replace("_processes", "_worker")
+_WORKER = f"{__package__}._worker"
 
 
 def _joined(first: Outcome, second: Outcome, start: int) -> Outcome:

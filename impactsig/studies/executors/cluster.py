@@ -13,12 +13,12 @@ import threading
 import uuid
 from typing import Any
 
-from .._extras import library
-from ..errors import ImpactsigError, InvalidInput
-from ._cells import Outcome, brief
-from ._grid import Task
-from ._pool import Closing, Ended, Label, Labelled
-from ._processes import Children
+from ..._extras import library
+from ...errors import ImpactsigError, InvalidInput
+from .._cells import Outcome, brief
+from .._grid import Task
+from .pool import Closing, Ended, Label, Labelled
+from .processes import Children
 
 PATIENCE = "10s"
 """How long to look for a scheduler."""

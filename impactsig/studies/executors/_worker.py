@@ -10,10 +10,10 @@ import sys
 import threading
 from typing import Any, BinaryIO
 
-from ..errors import InvalidInput
-from ._cells import run_cells
-from ._grid import Task
-from ._payload import unpack
+from ...errors import InvalidInput
+from .._cells import run_cells
+from .._grid import Task
+from .payload import unpack
 
 
 def main() -> None:
