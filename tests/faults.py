@@ -114,14 +114,14 @@ FAULTS = tuple(
         ("touching: third derivative", "simulate/exact/engine.py", FALLS, "falls = False", SOFT),
         (
             "control: chatter beyond what is smooth",
-            "control/running/_settling.py",
+            "control/running/delays/_settling.py",
             CALM,
             CALM.replace("min(", "").replace(", smooth)", ""),
             f"{REST} -k 'under_control or ends_in_time'",
         ),
         (
             "control: chatter beyond the end",
-            "control/running/_settling.py",
+            "control/running/delays/_settling.py",
             CALM,
             "calm = smooth",
             f"{REST} -k 'under_control or ends_in_time'",

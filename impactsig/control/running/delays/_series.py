@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined
-from ...simulate.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
-from ...simulate.basis.events import LENGTH
-from ._line import scale
-from ._rows import REACHED
+from ...._compiled import inlined
+from ....simulate.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
+from ....simulate.basis.events import LENGTH
+from .line import scale
+from .rows import REACHED
 from .series import FIT, ORDER, REACH
 
 SMOOTH = 4e-15  # last coefficients of a fit, relative to the greatest value: no more than rounding

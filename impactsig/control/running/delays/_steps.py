@@ -6,15 +6,15 @@ needs (`tab` and `room`, or `series`) is None, so that it is not compiled.
 
 from __future__ import annotations
 
-from ..._compiled import inlined, kernel
-from ...simulate.basis.delay import DISPLACEMENT, VELOCITY
-from ...simulate.basis.events import LENGTH, SPEED, STEP
-from ...simulate.basis.tableau import DEGREE
-from ...simulate.stepping.crossing import polish
-from ...simulate.stepping.step import interpolate, stride, take
-from ._force import feed
-from ._rows import ROWS, begin_row, cross_limit, end_row, mark_limit
+from ...._compiled import inlined, kernel
+from ....simulate.basis.delay import DISPLACEMENT, VELOCITY
+from ....simulate.basis.events import LENGTH, SPEED, STEP
+from ....simulate.basis.tableau import DEGREE
+from ....simulate.stepping.crossing import polish
+from ....simulate.stepping.step import interpolate, stride, take
 from ._series import delayed_series, expand, longest_step, write_series
+from .force import feed
+from .rows import ROWS, begin_row, cross_limit, end_row, mark_limit
 
 
 @kernel

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ..._compiled import inlined, kernel
-from ...simulate.basis.delay import Control
-from ...simulate.basis.events import Q
-from ...simulate.exact.passing import time_until
-from ...simulate.stepping.contact import settle_event
-from ...simulate.stepping.rates import Functions
-from ._force import signal_of
-from ._rows import LAPS, recall, side_of_limit
+from ...._compiled import inlined, kernel
+from ....simulate.basis.delay import Control
+from ....simulate.basis.events import Q
+from ....simulate.exact.passing import time_until
+from ....simulate.stepping.contact import settle_event
+from ....simulate.stepping.rates import Functions
+from .force import signal_of
+from .rows import LAPS, recall, side_of_limit
 
 
 @inlined

@@ -1,14 +1,14 @@
 """Kernel for a flow under delayed feedback.
 
-As `_run`, for any number of coordinates and without impacts, by the steps of
+As `run`, for any number of coordinates and without impacts, by the steps of
 `simulate.flows.flow_steps`. The feedback is added to the rate of the coordinate that it is of.
 """
 
 from __future__ import annotations
 
-from ..._compiled import kernel
-from ...simulate.basis.delay import DISPLACEMENT, Control
-from ...simulate.basis.events import (
+from ...._compiled import kernel
+from ....simulate.basis.delay import DISPLACEMENT, Control
+from ....simulate.basis.events import (
     DIVERGED,
     DONE,
     EXHAUSTED,
@@ -19,13 +19,13 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.basis.tableau import DEGREE
-from ...simulate.exact.passing import pass_time, set_clock, time_until
-from ...simulate.flows.flow_steps import Field, finish, rates_at, stride, take
-from ...simulate.stepping.step import expand
-from ._force import feed
+from ....simulate.basis.tableau import DEGREE
+from ....simulate.exact.passing import pass_time, set_clock, time_until
+from ....simulate.flows.flow_steps import Field, finish, rates_at, stride, take
+from ....simulate.stepping.step import expand
 from ._roots import bound
-from ._rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit, turn_back
+from .force import feed
+from .rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit, turn_back
 
 COORDINATES = DISPLACEMENT  # the first of their courses
 HUGE = 1e6  # times what it was without control: on its way to infinity

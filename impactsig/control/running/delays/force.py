@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
-from ...simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
-from ...simulate.basis.tableau import DEGREE
+from ...._compiled import inlined, kernel
+from ....simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
+from ....simulate.basis.tableau import DEGREE
 
 
 class Room(NamedTuple):

@@ -2,15 +2,15 @@
 
 As `simulate.stepping.stepping`, by the same contacts and rows of events, with the control force
 among what acts. Beside the events of the oscillator a step ends where the rows of the delay line
-do: see `_rows`. Steps are of the Runge-Kutta method or power series: see `_steps`.
+do: see `rows`. Steps are of the Runge-Kutta method or power series: see `_steps`.
 """
 
 from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
-from ...simulate.basis.events import (
+from ...._compiled import kernel
+from ....simulate.basis.events import (
     APPROACH,
     BROKEN,
     DIVERGED,
@@ -34,19 +34,21 @@ from ...simulate.basis.events import (
     Q,
     V,
 )
-from ...simulate.basis.laws import PLACE
-from ...simulate.exact.passing import pass_time, set_clock, time_until
-from ...simulate.stepping.contact import hold, note, slide, touched
-from ...simulate.stepping.crossing import (
+from ....simulate.basis.laws import PLACE
+from ....simulate.exact.passing import pass_time, set_clock, time_until
+from ....simulate.stepping.contact import hold, note, slide, touched
+from ....simulate.stepping.crossing import (
     OF_STOP,
     begin_events,
 )
-from ...simulate.stepping.rates import open_leg, origin, pull
-from ...simulate.stepping.rest import departure, holding, rigid_at, unstick
-from ...simulate.stepping.stepping import inside
-from ._force import signal_of
+from ....simulate.stepping.rates import open_leg, origin, pull
+from ....simulate.stepping.rest import departure, holding, rigid_at, unstick
+from ....simulate.stepping.stepping import inside
 from ._roots import bound, event_share
-from ._rows import (
+from ._settling import settle, under
+from ._steps import end_step, rest_row, step_row
+from .force import signal_of
+from .rows import (
     EDGE,
     LAPS,
     REACHED,
@@ -57,8 +59,6 @@ from ._rows import (
     side_of_limit,
     turn_back,
 )
-from ._settling import settle, under
-from ._steps import end_step, rest_row, step_row
 
 ROOM = 4  # rows that one pass may write
 

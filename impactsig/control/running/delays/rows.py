@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
-from ...simulate.basis.delay import Past, read
-from ...simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
-from ._line import cut, scale, since
+from ...._compiled import kernel
+from ....simulate.basis.delay import Past, read
+from ....simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
+from .line import cut, scale, since
 
 # Counters after those of `simulate._events`: rows of the delay line; the row that what is fed
 # back now comes from; the first row of the phase; delays for which the beginning of the next row
