@@ -297,7 +297,7 @@ FAULTS = tuple(
         ),
         (
             "report: seconds printed as ms",
-            "report/analysis.py",
+            "report/analysing/analysis.py",
             "mean_and_spread(impacts.contact_time * 1e3)",
             "mean_and_spread(impacts.contact_time)",
             "tests/unit/test_report.py -k contact_time",

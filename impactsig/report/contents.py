@@ -15,8 +15,8 @@ from .. import __version__, _standard_input
 from .._correction_files import sha256
 from .._corrections import in_words
 from ..impacts import FLAG_NAMES, KINDS
-from .analysis import Analysis
-from .dynamics import SEED
+from .analysing.analysis import Analysis
+from .analysing.dynamics import SEED
 
 if TYPE_CHECKING:
     from markupsafe import Markup

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ..recording import Recording
+from ...errors import InvalidInput
+from ...recording import Recording
 
 if TYPE_CHECKING:
-    from ..impacts import Impacts
-    from ..io import Blocks
+    from ...impacts import Impacts
+    from ...io import Blocks
 
 OVERVIEW_BINS = 10_000
 """Spans the overview is reduced to: the least and the greatest sample of each are kept."""
@@ -70,7 +70,7 @@ def around(
     low, high = max(source.start, touch - margin), min(source.stop, touch + contact + margin)
     if isinstance(source, Recording):
         return earlier(flat(source.between(low, high)), delay)
-    from ..io import read
+    from ...io import read
 
     near = read(source.source, **{**readings[k], "start": low, "stop": high})
     return earlier(flat(near), delay)

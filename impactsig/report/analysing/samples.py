@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..recording import Recording
+from ...recording import Recording
 from .channels import delay_of, earlier, flat, overview_of, typical
 
 if TYPE_CHECKING:
-    from ..impacts import Impacts
-    from ..io import Blocks
+    from ...impacts import Impacts
+    from ...io import Blocks
 
 MOST = 500_000
 """Samples held at most, of all channels together; each takes 2.7 bytes of a page."""

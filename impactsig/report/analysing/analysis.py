@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._arguments import number
-from .._corrections import in_words
-from ..detect.files import channel_readings, open_recording
-from ..errors import ImpactsigWarning
-from ..recording import Recording, Sensor
+from ..._arguments import number
+from ..._corrections import in_words
+from ...detect.files import channel_readings, open_recording
+from ...errors import ImpactsigWarning
+from ...recording import Recording, Sensor
 from .channels import around, typical
 from .choosing import chosen
 from .dynamics import Dynamics, read_dynamics
 from .samples import Span, seen
 
 if TYPE_CHECKING:
-    from ..impacts import Impacts
-    from ..intervals import Periodicity
-    from ..io import Blocks, FileInfo, RawLayout
+    from ...impacts import Impacts
+    from ...intervals import Periodicity
+    from ...io import Blocks, FileInfo, RawLayout
 
 NOT_SEARCHED = "which of its channels shows them has to be said"
 
@@ -174,9 +174,9 @@ def analyse(
         As reading and detection do, and where it is doubtful which channels show impacts; the
         texts are kept in the result too.
     """
-    from ..detect.detect import detect_opened
-    from ..intervals import identify_period
-    from ..io import info
+    from ...detect.detect import detect_opened
+    from ...intervals import identify_period
+    from ...io import info
 
     if forcing_period is not None:
         number("forcing_period", forcing_period, "a positive period [s]", above=0)
@@ -246,7 +246,7 @@ def analyse(
 
 def _not_searched(source: Recording | Blocks) -> Impacts:
     """An empty train, if no channel is known to show impacts."""
-    from ..impacts import Impacts
+    from ...impacts import Impacts
 
     duration = source.duration
     return Impacts(np.empty(0), start=source.start, duration=duration, reason=NOT_SEARCHED)

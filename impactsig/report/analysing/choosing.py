@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .._arguments import PER_CHANNEL
-from ..detect.files import WHOLE_BELOW, open_recording
-from ..detect.roles import (
+from ..._arguments import PER_CHANNEL
+from ...detect.files import WHOLE_BELOW, open_recording
+from ...detect.roles import (
     LOOKED_AT,
     SHOW_IMPACTS,
     SOUND,
@@ -18,12 +18,12 @@ from ..detect.roles import (
     role_by_look,
     searched,
 )
-from ..errors import ImpactsigError, InvalidInput
-from ..recording import Recording
+from ...errors import ImpactsigError, InvalidInput
+from ...recording import Recording
 from .channels import flat
 
 if TYPE_CHECKING:
-    from ..io import Blocks, FileInfo
+    from ...io import Blocks, FileInfo
 
 MOST = 8
 """Channels shown at most beside those that are searched."""
@@ -104,7 +104,7 @@ def _opened(
 
     Read at once where they lie side by side and memory holds them all.
     """
-    from ..io import read, read_blocks
+    from ...io import read, read_blocks
 
     lengths = {one.length for one in file.channels}
     rates = {one.rate for one in file.channels}

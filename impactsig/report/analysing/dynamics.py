@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ..errors import ImpactsigError, ImpactsigWarning, InvalidInput
+from ...errors import ImpactsigError, ImpactsigWarning, InvalidInput
 
 if TYPE_CHECKING:
-    from ..impacts import Impacts
-    from ..intervals import Periodicity, Repair
-    from ..reconstruct.dimensions.dimension import CorrelationDimension
-    from ..reconstruct.divergence.exponents import LyapunovExponent
-    from ..reconstruct.testing.determinism import ReturnMapDeterminism
-    from ..reconstruct.testing.surrogate_testing import SurrogateTest
+    from ...impacts import Impacts
+    from ...intervals import Periodicity, Repair
+    from ...reconstruct.dimensions.dimension import CorrelationDimension
+    from ...reconstruct.divergence.exponents import LyapunovExponent
+    from ...reconstruct.testing.determinism import ReturnMapDeterminism
+    from ...reconstruct.testing.surrogate_testing import SurrogateTest
 
 DIMENSIONS = (1, 2, 3, 4, 5)
 """Embedding dimensions that the exponent chooses from."""
@@ -208,11 +208,11 @@ def read_dynamics(
     asked : bool
         Whether to work out what takes seconds: dimension, exponent, surrogate test, determinism.
     """
-    from .. import intervals
-    from ..reconstruct.dimensions.dimension import correlation_dimension, of_kind
-    from ..reconstruct.recognition.kinds import is_certain, of_period
-    from ..reconstruct.testing.determinism import return_map_determinism
-    from ..reconstruct.testing.surrogate_testing import surrogate_test
+    from ... import intervals
+    from ...reconstruct.dimensions.dimension import correlation_dimension, of_kind
+    from ...reconstruct.recognition.kinds import is_certain, of_period
+    from ...reconstruct.testing.determinism import return_map_determinism
+    from ...reconstruct.testing.surrogate_testing import surrogate_test
 
     values = impacts.intervals()
     without: dict[str, str] = {}
@@ -277,8 +277,8 @@ def exponent_of(
 
     The embedding is the least beyond which the share of false neighbours hardly falls.
     """
-    from ..reconstruct.divergence.exponents import lyapunov_exponent
-    from ..reconstruct.neighbors import false_nearest_neighbors
+    from ...reconstruct.divergence.exponents import lyapunov_exponent
+    from ...reconstruct.neighbors import false_nearest_neighbors
 
     share = false_nearest_neighbors(impacts, dimensions, theiler=theiler).share
     chosen = int(np.argmax(share <= max(FEW_FALSE, 2 * share.min())))
