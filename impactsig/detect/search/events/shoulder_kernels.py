@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import kernel
-from ..pulses.edges import NO_PULSE
-from ..signal.ladder import MATCH
-from ..signal.order_kernels import value_at
+from ...._compiled import kernel
+from ...pulses.edges import NO_PULSE
+from ...signal.ladder import MATCH
+from ...signal.order_kernels import value_at
 
 STRIDE = 0.25
 """Of the shorter contact: the length of the means whose falls are looked at."""

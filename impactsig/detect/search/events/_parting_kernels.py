@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating
-from ..pulses.pair_fit import PAIR
-from ..pulses.touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
-from ..signal.ladder import HALF_SINE_GAIN, MATCH
+from ...._compiled import allocating
+from ...pulses.pair_fit import PAIR
+from ...pulses.touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
+from ...signal.ladder import HALF_SINE_GAIN, MATCH
 from .width_kernels import EVENT, LEAST, RESPONSE, best_width, put, room_for, sigma_at
 
 SURE = 4.5  # standard deviations that the samples fall by between two crests, at least

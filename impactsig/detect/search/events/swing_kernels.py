@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..pulses.edges import NO_PULSE
-from ..signal.order_kernels import median_of
+from ...._compiled import allocating, kernel
+from ...pulses.edges import NO_PULSE
+from ...signal.order_kernels import median_of
 
 REACH = 3.0
 """Contacts before a pulse in which it may have swung below."""

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..signal.ladder import HALF_SINE_GAIN
-from ..signal.order_kernels import value_at
-from ._response_kernels import gated, noise_at, parts, parts_inside, running_sums
+from ...._compiled import allocating, kernel
+from ...signal.ladder import HALF_SINE_GAIN
+from ...signal.order_kernels import value_at
+from .._response_kernels import gated, noise_at, parts, parts_inside, running_sums
 
 EVENT = 5  # fields of an event: centre, width [samples], height, height over noise, flank mean
 LEAST = 5.0  # standard deviations of an event's height once others are taken off it
