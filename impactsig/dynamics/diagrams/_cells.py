@@ -12,7 +12,7 @@ from ...simulate.basis.laws import RIGID
 from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import room
 from ...simulate.exact.modes import Stack, stacks, subset
-from ..tangents.carrying import multiplied_over
+from ..tangents.batches.carrying import multiplied_over
 from ..tangents.columns import FIRST
 from ._closing import EXACT, LONGEST, orbits_beside
 from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines

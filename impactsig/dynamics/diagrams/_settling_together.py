@@ -21,7 +21,7 @@ from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.modes import Stack, stacks, subset
 from ...simulate.exact.starts import motion_of_base
 from ...simulate.run import span
-from ..tangents.tangent_maps import maps_of
+from ..tangents.batches.tangent_maps import maps_of
 from ._cells import CHATTER, LEGS, Started, strobed
 from ._closing import LONGEST, orbits_beside
 from ._settling import Settled, settle

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from ..._arguments import number, thread_count
-from ..._showing import Shown
-from ..._threads import in_threads
-from ...oscillators.batch import OscillatorBatch
-from ...simulate.basis.columns import spread
-from ...simulate.basis.events import DONE, MODE, PHASE, STATUS
-from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import Moving, takes
-from ...simulate.exact.modes import Stack, stacks, subset
-from ...simulate.run import after, span
+from ...._arguments import number, thread_count
+from ...._showing import Shown
+from ...._threads import in_threads
+from ....oscillators.batch import OscillatorBatch
+from ....simulate.basis.columns import spread
+from ....simulate.basis.events import DONE, MODE, PHASE, STATUS
+from ....simulate.basis.frame import first_phase, place_of
+from ....simulate.batches.moving import Moving, takes
+from ....simulate.exact.modes import Stack, stacks, subset
+from ....simulate.run import after, span
+from ..growth import edges_of, forget, growth_of, lost_of, measured
 from .carrying import carry_all
-from .growth import edges_of, forget, growth_of, lost_of, measured
 
 BLOCK = 64  # machines whose events are kept at a time
 BLOCK_OF_GPU = 2**14
@@ -118,7 +118,7 @@ def spectra_of(
 
 def carried(moving: Moving, before: float, length: float, by_time: bool) -> tuple[Any, ...]:
     """Fields of `LyapunovSpectra` for oscillators in progress, and their statuses."""
-    from .columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
+    from ..columns import DETERMINANT, IMPACTS, IN_MODE, LINES, NEXT, POINTS, SINGULAR, TOTALS
 
     stack, n = moving.stack, len(moving.phase)
     per_turn = moving.per_turn(by_time) * np.ones(n)

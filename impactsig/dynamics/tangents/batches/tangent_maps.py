@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...oscillators import Oscillator
-from ...simulate.basis.columns import columns_of_forms
-from ...simulate.basis.frame import first_phase
-from ...simulate.batches.moving import Moving
-from ...simulate.exact.modes import Stack, stacks, subset, tables
-from ...simulate.exact.starts import allowed
-from ...simulate.simulation import CHATTER
+from ....oscillators import Oscillator
+from ....simulate.basis.columns import columns_of_forms
+from ....simulate.basis.frame import first_phase
+from ....simulate.batches.moving import Moving
+from ....simulate.exact.modes import Stack, stacks, subset, tables
+from ....simulate.exact.starts import allowed
+from ....simulate.simulation import CHATTER
+from ..tangent import TangentMap, map_from
 from .carrying import multiplied_over
-from .tangent import TangentMap, map_from
 
 
 def tangent_maps(
@@ -75,7 +75,7 @@ def maps_of(
 
 def maps_over(moving: Moving, periods: np.ndarray) -> list[TangentMap]:
     """Tangent maps over so many forcing periods each, from where oscillators start."""
-    from .columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
+    from ..columns import DETERMINANT, FIRST, IMPACTS, LINES, POINTS, SINGULAR
 
     columns, totals = multiplied_over(moving, periods)
     omega = moving.stack.forcing.omega

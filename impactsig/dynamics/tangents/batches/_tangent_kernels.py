@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..._compiled import kernel
-from ...simulate.batches.batch_kernels import machine
-from ._tangent import carry
+from ...._compiled import kernel
+from ....simulate.batches.batch_kernels import machine
+from .._tangent import carry
 
 
 @kernel

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...simulate.basis.events import MODE, PHASE
-from ...simulate.batches.moving import Moving
+from ....simulate.basis.events import MODE, PHASE
+from ....simulate.batches.moving import Moving
 
 
 def multiplied_over(moving: Moving, turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -13,7 +13,7 @@ def multiplied_over(moving: Moving, turns: np.ndarray) -> tuple[np.ndarray, np.n
 
     The columns, in the engine's units, are to be multiplied by the exponential of the total FIRST.
     """
-    from .columns import IN_MODE, TOTALS
+    from ..columns import IN_MODE, TOTALS
 
     n = len(moving.phase)
     place = np.zeros((n, 6))
@@ -43,7 +43,7 @@ def carry_all(
             totals, collapses, orthonormal,
         )  # fmt: skip
         return
-    from .tangent_batch import carry_range
+    from ._tangent_kernels import carry_range
 
     for block, rows in enumerate(moving.rows):
         first = block * moving.size

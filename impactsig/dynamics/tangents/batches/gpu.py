@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from ..._compiled import kernel
-from ...simulate.batches.batch_kernels import machine
-from ...simulate.batches.gpu import by_work, no_law
-from ...simulate.exact.modes import Stack
-from ...studies.device_kernels import Each
-from ._tangent import carry as carry_one
+from ...._compiled import kernel
+from ....simulate.batches.batch_kernels import machine
+from ....simulate.batches.gpu import by_work, no_law
+from ....simulate.exact.modes import Stack
+from ....studies.device_kernels import Each
+from .._tangent import carry as carry_one
 
 
 @kernel
