@@ -135,7 +135,7 @@ FAULTS = tuple(
         ),
         (
             "strobing: impacts not compared",
-            "dynamics/diagrams/_strobing.py",
+            "dynamics/diagrams/settling/strobing.py",
             "alike &= strobes",
             "alike |= strobes",
             "tests/unit/test_diagrams.py -k closed_only",

@@ -18,7 +18,7 @@ from ..tangents.batches.spectra import carried
 from ..tangents.batches.tangent_maps import maps_over
 from ..tangents.lyapunov import lyapunov_spectrum
 from ..tangents.tangent import TangentMap, tangent_map
-from ._cells import CHATTER
+from .settling.cells import CHATTER
 
 Place = tuple[float, float, float]
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._compiled import kernel
-from ...simulate.basis.events import DONE, LEG_COUNT, STROBE
-from ...simulate.batches.batch_kernels import machine
-from ...simulate.batches.gpu import by_work, no_law, own, rooms
-from ...studies.device_kernels import Each
-from ._strobing import CAUGHT, CLOSED, STATUS_OF, TAKEN, go_on
+from ...._compiled import kernel
+from ....simulate.basis.events import DONE, LEG_COUNT, STROBE
+from ....simulate.batches.batch_kernels import machine
+from ....simulate.batches.gpu import by_work, no_law, own, rooms
+from ....studies.device_kernels import Each
+from .strobing import CAUGHT, CLOSED, STATUS_OF, TAKEN, go_on
 
 if TYPE_CHECKING:
-    from ...simulate.exact.flow import Problem
+    from ....simulate.exact.flow import Problem
 
 ROUNDS = 16, 64, 256  # periods after which the motions that go on are sorted by their work
 
@@ -42,7 +42,7 @@ def follow(
     strobes: np.ndarray, upto: int, rule: tuple[float, int, bool, int], known: Any,
     found: np.ndarray,
 ) -> None:  # fmt: skip
-    """Take strobes up to row `upto`, of machines `which`, as `_strobing.follow_machines` does.
+    """Take strobes up to row `upto`, of machines `which`, as `strobing.follow_machines` does.
 
     Those whose last period took most work are the first.
     """
@@ -59,7 +59,7 @@ def follow_starts_of(
     many: Problem, clocks: np.ndarray, states: np.ndarray, counts: np.ndarray, periods: int,
     rule: tuple[float, int, bool, int], known: Any, found: np.ndarray, orbits: np.ndarray,
 ) -> None:  # fmt: skip
-    """Follow starts of one machine, as `_strobing.follow_starts` does."""
+    """Follow starts of one machine, as `strobing.follow_starts` does."""
     n = len(states)
     strobes = np.empty((n, periods + 1, STROBE))
     one = np.zeros(n, np.int64)

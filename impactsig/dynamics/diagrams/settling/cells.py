@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...simulate.basis.columns import Columns
-from ...simulate.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
-from ...simulate.basis.laws import RIGID
-from ...simulate.batches.moving import Moving
-from ...simulate.exact.exact import room
-from ...simulate.exact.modes import Stack, stacks, subset
-from ..tangents.batches.carrying import multiplied_over
-from ..tangents.columns import FIRST
-from ._closing import EXACT, LONGEST, orbits_beside
-from ._strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
+from ....simulate.basis.columns import Columns
+from ....simulate.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
+from ....simulate.basis.laws import RIGID
+from ....simulate.batches.moving import Moving
+from ....simulate.exact.exact import room
+from ....simulate.exact.modes import Stack, stacks, subset
+from ...tangents.batches.carrying import multiplied_over
+from ...tangents.columns import FIRST
+from .closing import EXACT, LONGEST, orbits_beside
+from .strobing import CLOSED, FOUND, STATUS_OF, TAKEN, follow_machines
 
 LEGS = 100_000  # work in one forcing period after which a motion is given up
 CHATTER = 1e-6  # as that of `simulate`
@@ -113,7 +113,7 @@ def _followed(
 def orbits_beside_machines(
     stack: Stack, phase: np.ndarray, strobes: np.ndarray, last: np.ndarray, gpu: bool
 ) -> Any:
-    """`_closing.orbits_beside` for oscillators of one stack."""
+    """`closing.orbits_beside` for oscillators of one stack."""
 
     def returned(
         which: np.ndarray, points: np.ndarray, m: np.ndarray

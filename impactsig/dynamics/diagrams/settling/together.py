@@ -8,24 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from ..._threads import in_threads
-from ...oscillators import Oscillator
-from ...simulate import Motion
-from ...simulate.basis.columns import columns_of, form_of
-from ...simulate.basis.contract import Moment
-from ...simulate.basis.events import DONE, STATUS, STROBE
-from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.course import Course
-from ...simulate.batches.moving import Moving
-from ...simulate.exact.exact import piecewise_linear
-from ...simulate.exact.modes import Stack, stacks, subset
-from ...simulate.exact.starts import motion_of_base
-from ...simulate.run import span
-from ..tangents.batches.tangent_maps import maps_of
-from ._cells import CHATTER, LEGS, Started, strobed
-from ._closing import LONGEST, orbits_beside
-from ._settling import Settled, settle
-from ._strobing import CLOSED, STATUS_OF, TAKEN
+from ...._threads import in_threads
+from ....oscillators import Oscillator
+from ....simulate import Motion
+from ....simulate.basis.columns import columns_of, form_of
+from ....simulate.basis.contract import Moment
+from ....simulate.basis.events import DONE, STATUS, STROBE
+from ....simulate.basis.frame import first_phase, place_of
+from ....simulate.batches.course import Course
+from ....simulate.batches.moving import Moving
+from ....simulate.exact.exact import piecewise_linear
+from ....simulate.exact.modes import Stack, stacks, subset
+from ....simulate.exact.starts import motion_of_base
+from ....simulate.run import span
+from ...tangents.batches.tangent_maps import maps_of
+from .cells import CHATTER, LEGS, Started, strobed
+from .closing import LONGEST, orbits_beside
+from .settling import Settled, settle
+from .strobing import CLOSED, STATUS_OF, TAKEN
 
 TOGETHER = 256  # machines that one call of the kernel follows
 STROBES = 100_000  # and how many strobes they may take, which are kept until it is done
@@ -54,7 +54,7 @@ def in_blocks(
 
 
 class Settling:
-    """Runs in progress, each equal to that of `_settling.settle` to the last bit.
+    """Runs in progress, each equal to that of `settling.settle` to the last bit.
 
     Those that the exact engine moves go by one call of the kernel for each layout of their tables;
     any other goes alone.

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...simulate.basis.events import STROBE_IMPACTS
-from ._strobing import least_of_each
+from ....simulate.basis.events import STROBE_IMPACTS
+from .strobing import least_of_each
 
 LONGEST = 32  # periods of an orbit that are told
 NEAR = 1e-2  # returns of a motion that may yet close, as a share of its size

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InvalidInput
-from ...oscillators import Oscillator
-from ...simulate import Motion
-from ...simulate.basis.contract import Moment
-from ...simulate.basis.events import (
+from ....errors import InvalidInput
+from ....oscillators import Oscillator
+from ....simulate import Motion
+from ....simulate.basis.contract import Moment
+from ....simulate.basis.events import (
     COLUMNS,
     DONE,
     IMPACT_COUNT,
@@ -25,13 +25,13 @@ from ...simulate.basis.events import (
     Q,
     V,
 )
-from ...simulate.basis.frame import base_motion, pace, reference_frequency
-from ...simulate.exact.exact import ExactEngine, piecewise_linear
-from ...simulate.run import Run
-from ..tangents.tangent import tangent_map
-from ._cells import LEGS, NOTHING_KNOWN
-from ._closing import LONGEST, orbits_beside
-from ._strobing import closing, follow
+from ....simulate.basis.frame import base_motion, pace, reference_frequency
+from ....simulate.exact.exact import ExactEngine, piecewise_linear
+from ....simulate.run import Run
+from ...tangents.tangent import tangent_map
+from .cells import LEGS, NOTHING_KNOWN
+from .closing import LONGEST, orbits_beside
+from .strobing import closing, follow
 
 
 def ground(oscillator: Oscillator, phase: float) -> tuple[np.ndarray, np.ndarray]:
