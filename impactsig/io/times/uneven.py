@@ -7,9 +7,9 @@ from os import PathLike
 
 import numpy as np
 
-from .._arguments import number
-from ..errors import InvalidInput
-from ._source import Source
+from ..._arguments import number
+from ...errors import InvalidInput
+from .._source import Source
 
 _MOST = 1 << 28
 """Samples of a channel that are made at most."""
