@@ -23,7 +23,7 @@ from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
-from .pulses.shared_shape import nothing_told, share_shape
+from .pulses.shape.shared_shape import nothing_told, share_shape
 from .search.direction import direction
 from .search.disturbances import disturbances
 from .search.events.shoulder_kernels import Noise, tails

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ._model import (
+from ...._compiled import allocating, kernel
+from .._model import (
     AMPLITUDE,
     BY_POWER,
     BY_START,
@@ -30,8 +30,8 @@ from ._model import (
     put_products,
     room_for,
 )
-from .edges import FIT
-from .fit_errors import (
+from ..edges import FIT
+from ..fit_errors import (
     BASE,
     CLEAR,
     ESTIMATE,

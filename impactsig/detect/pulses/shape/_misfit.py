@@ -13,12 +13,12 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ...._compiled import allocating, kernel
+from .._model import POWER, POWERS, parts_of
+from ..edges import ERRORS, FIT, SHARED
+from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
-from ._model import POWER, POWERS, parts_of
 from ._touch import STRETCHES, add_edges, read_touch
-from .edges import ERRORS, FIT, SHARED
-from .fit_errors import LEFT, LEFT_SD, NOW, UNIT
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
 BETWEEN, FEWEST = 0.7, 5.0

@@ -16,12 +16,12 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ...._compiled import allocating, kernel
+from .._model import START, parts_of
+from .._small_matrices import factor, invert, solve
+from ..edges import FIT
+from ..fit_errors import BASE, FROM, NOISE, NOW, TILT, TO, ZERO
 from ._common_rest import EXACT, is_clear
-from ._model import START, parts_of
-from ._small_matrices import factor, invert, solve
-from .edges import FIT
-from .fit_errors import BASE, FROM, NOISE, NOW, TILT, TO, ZERO
 
 STRETCHES, FIRST, LAST = 150, -0.5, 1.0
 """How many, and from where to where [edges]."""
