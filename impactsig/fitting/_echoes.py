@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._spread import DEVIATION_BY_MEDIAN
+from .._numerics.spread import DEVIATION_BY_MEDIAN
 from ..simulate.batches.trains import Impacting
 from ._partition import Train
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiling.compiled import njit
 from ._orbit_kernels import Machine, Noise, Smoothed, smooth  # noqa: F401
 
 kernel = njit(nogil=True, error_model="numpy")

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._watched import progress
+from .._running.watched import progress
 from ._followed import BEGUN, Followed, Laid, Seen
 
 ROUNDS, ENDS, STEPS = 5, 6, 8

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, cast, overload
 
 from .._arguments import Seed, flag, instance, streams
-from .._watched import progress
+from .._running.watched import progress
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Oscillator

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .._arguments import path
-from .._atomic import atomic_path
+from .._files.atomic import atomic_path
 from ..errors import InvalidInput
 from ._template import page_of
 from .analysing.analysis import Analysis, analyse

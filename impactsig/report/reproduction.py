@@ -6,8 +6,8 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from .._corrections import in_words
-from .._standard_input import NAME, is_standard_input
+from .._files.standard_input import NAME, is_standard_input
+from .._trains.corrections import in_words
 from .analysing.dynamics import READ, SEED, TESTED
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 from .._arguments import Seed, choice, flag, instance, streams, thread_count, whole
 from .._arguments import function as called
 from .._arguments import path as path_of
-from .._watched import progress as bar
+from .._running.watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
 from ._grid import Grid, Tiling, grid_of, tile_shape

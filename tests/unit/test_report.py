@@ -26,7 +26,7 @@ from impactsig import (
     read,
     write_report,
 )
-from impactsig._impact_columns import columns
+from impactsig._trains.impact_columns import columns
 from impactsig.detect import files as _files
 from impactsig.report import Analysis, analyse, write_page
 from impactsig.report.analysing.analysis import mean_and_spread

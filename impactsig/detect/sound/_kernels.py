@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, njit
+from ..._compiling.compiled import allocating, njit
 from ._lane_kernels import logarithms
 
 BLOCK = 128  # frames that share one background

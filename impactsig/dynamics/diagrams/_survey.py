@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ...simulate.basis.columns import form_of

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
+from ..._running.threads import in_threads
 from ..._showing import Shown, drawn_by
-from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..._arguments import number
-from ..._corrections import in_words
+from ..._trains.corrections import in_words
 from ...detect.files import channel_readings, open_recording
 from ...errors import ImpactsigWarning
 from ...recording import Recording, Sensor

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...._compiled import inlined, kernel
+from ...._compiling.compiled import inlined, kernel
 from ....simulate.basis.roots import first_root
 from ....simulate.basis.tableau import DEGREE
 from ....simulate.stepping.crossing import BY_Q, BY_V, STILL, VALUE, ZEROS, event_root

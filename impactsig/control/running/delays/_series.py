@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import inlined
+from ...._compiling.compiled import inlined
 from ....simulate.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
 from ....simulate.basis.events import LENGTH
 from .line import scale

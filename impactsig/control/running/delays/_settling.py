@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...._compiled import inlined, kernel
+from ...._compiling.compiled import inlined, kernel
 from ....simulate.basis.delay import Control
 from ....simulate.basis.events import Q
 from ....simulate.exact.passing import time_until

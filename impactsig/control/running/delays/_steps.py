@@ -6,7 +6,7 @@ needs (`tab` and `room`, or `series`) is None, so that it is not compiled.
 
 from __future__ import annotations
 
-from ...._compiled import inlined, kernel
+from ...._compiling.compiled import inlined, kernel
 from ....simulate.basis.delay import DISPLACEMENT, VELOCITY
 from ....simulate.basis.events import LENGTH, SPEED, STEP
 from ....simulate.basis.tableau import DEGREE

@@ -6,7 +6,7 @@ As `run`, for any number of coordinates and without impacts, by the steps of
 
 from __future__ import annotations
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ....simulate.basis.delay import DISPLACEMENT, Control
 from ....simulate.basis.events import (
     DIVERGED,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import inlined, kernel
+from ...._compiling.compiled import inlined, kernel
 from ....simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
 from ....simulate.basis.tableau import DEGREE
 

@@ -6,7 +6,7 @@ later again, so that no polynomial ever reaches across such a place.
 
 from __future__ import annotations
 
-from ...._compiled import inlined, kernel
+from ...._compiling.compiled import inlined, kernel
 from ....simulate.basis.delay import course_at
 from ....simulate.basis.events import LENGTH, PHASE, TURN, TURNS
 from ....simulate.basis.tableau import DEGREE

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ....simulate.basis.delay import Past, read
 from ....simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
 from .line import cut, scale, since

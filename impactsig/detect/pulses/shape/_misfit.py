@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from .._model import POWER, POWERS, parts_of
 from ..edges import ERRORS, FIT, SHARED
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import allocating, kernel, njit
+from ...._compiling.compiled import allocating, kernel, njit
 from .._model import FLAT, SKEW, WIDER
 from .._small_matrices import factor, invert, solve
 from ..fit_errors import ESTIMATE, SCORE, SQUARE

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from .._model import START, parts_of
 from .._small_matrices import factor, invert, solve
 from ..edges import FIT

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
 from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
 from ..edges import ERRORS, FIT, SHARED

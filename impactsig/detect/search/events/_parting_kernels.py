@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating
+from ...._compiling.compiled import allocating
 from ...pulses.pair_fit import PAIR
 from ...pulses.touching_kernels import NOT_TWO, TWO, crests_between_dips, two_pulses
 from ...signal.ladder import HALF_SINE_GAIN, MATCH

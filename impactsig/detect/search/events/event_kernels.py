@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from ...signal.ladder import HALF_SINE_GAIN, MATCH
 from ...signal.order_kernels import put_in_order, select
 from .._response_kernels import CREST, parts, running_sums

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ...pulses.edges import NO_PULSE
 from ...signal.ladder import MATCH
 from ...signal.order_kernels import value_at

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from ...pulses.edges import NO_PULSE
 from ...signal.order_kernels import median_of
 

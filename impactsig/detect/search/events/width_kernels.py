@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiled import allocating, kernel
+from ...._compiling.compiled import allocating, kernel
 from ...signal.ladder import HALF_SINE_GAIN
 from ...signal.order_kernels import value_at
 from .._response_kernels import gated, noise_at, parts, parts_inside, running_sums

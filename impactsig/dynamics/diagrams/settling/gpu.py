@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ....simulate.basis.events import DONE, LEG_COUNT, STROBE
 from ....simulate.batches.batch_kernels import machine
 from ....simulate.batches.gpu import by_work, no_law, own, rooms

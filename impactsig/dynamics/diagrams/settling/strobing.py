@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import inlined, kernel, njit
+from ...._compiling.compiled import inlined, kernel, njit
 from ....simulate.basis.events import (
     DONE,
     IMPACT_COUNT,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...._threads import in_threads
+from ...._running.threads import in_threads
 from ....oscillators import Oscillator
 from ....simulate import Motion
 from ....simulate.basis.columns import columns_of, form_of

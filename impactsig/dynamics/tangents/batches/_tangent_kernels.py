@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ....simulate.batches.batch_kernels import machine
 from .._tangent import carry
 

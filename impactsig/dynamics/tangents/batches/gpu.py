@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from ...._compiled import kernel
+from ...._compiling.compiled import kernel
 from ....simulate.batches.batch_kernels import machine
 from ....simulate.batches.gpu import by_work, no_law
 from ....simulate.exact.modes import Stack

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...._arguments import number, thread_count
+from ...._running.threads import in_threads
 from ...._showing import Shown
-from ...._threads import in_threads
 from ....oscillators.batch import OscillatorBatch
 from ....simulate.basis.columns import spread
 from ....simulate.basis.events import DONE, MODE, PHASE, STATUS

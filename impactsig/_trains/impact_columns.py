@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._arguments import number, reals
-from .errors import InvalidInput
+from .._arguments import number, reals
+from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
 SHARED = "shared_time_error"

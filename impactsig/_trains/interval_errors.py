@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy.sparse import dia_array
 
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 TOGETHER = 1.0
 """For how long impacts are measured by one shape, whose error their instants share [s]."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ._arguments import entries, number
-from .errors import InvalidInput
+from .._arguments import entries, number
+from ..errors import InvalidInput
 
 KINDS = {
     "glitch": "single samples that stand alone",

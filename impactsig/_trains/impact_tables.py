@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._atomic import atomic_path
-from ._impact_columns import COLUMNS, columns
-from ._watched import progress
-from .errors import MissingExtra, UnreadableFile
+from .._files.atomic import atomic_path
+from .._running.watched import progress
+from ..errors import MissingExtra, UnreadableFile
+from .impact_columns import COLUMNS, columns
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 ROWS = 10_000  # that are written at a time
 PACKED = "<f8"

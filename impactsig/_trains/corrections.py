@@ -7,12 +7,12 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from . import _impact_columns as tables
-from ._arguments import entries, instance, number, text
-from .errors import InvalidInput
+from .._arguments import entries, instance, number, text
+from ..errors import InvalidInput
+from . import impact_columns as tables
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 WITHIN = 1e-3
 """How far from an impact the instant that names it may be [s]."""
@@ -59,7 +59,7 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
     """
     import numpy as np
 
-    from ._impact_flags import EDITED
+    from .impact_flags import EDITED
 
     action, time = line["action"], line["time"]
     known: dict[str, np.ndarray] = {}

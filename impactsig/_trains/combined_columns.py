@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _impact_columns as tables
-from .impacts import Impacts
+from ..impacts import Impacts
+from . import impact_columns as tables
 
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""

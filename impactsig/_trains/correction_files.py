@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._atomic import atomic_path
-from ._corrections import DONE, channel_of, corrected, listed
-from .errors import InvalidInput, UnreadableFile
+from .._files.atomic import atomic_path
+from ..errors import InvalidInput, UnreadableFile
+from .corrections import DONE, channel_of, corrected, listed
 
 if TYPE_CHECKING:
-    from .impacts import Impacts
+    from ..impacts import Impacts
 
 SUFFIX = ".corrections.csv"
 """After the name of a recording: its corrections."""

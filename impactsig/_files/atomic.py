@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .errors import ImpactsigError, UnwritableFile
+from ..errors import ImpactsigError, UnwritableFile
 
 
 @contextmanager

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from threading import Thread
 from typing import Any
 
-from ._arguments import thread_count
-from ._watched import progress
+from .._arguments import thread_count
+from .watched import progress
 
 
 def in_threads(

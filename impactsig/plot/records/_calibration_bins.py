@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._arguments import whole
-from ._impact_columns import column, vector
-from .errors import InvalidInput
+from ..._arguments import whole
+from ..._trains.impact_columns import column, vector
+from ...errors import InvalidInput
 
 Z = 1.959963984540054
 """Standard deviations of a normal variable to either side that hold 95 %."""

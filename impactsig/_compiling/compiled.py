@@ -34,12 +34,12 @@ from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.types import unliteral  # type: ignore[attr-defined]
 
-from . import _sources
+from .._files.private import private_directory
+from .._files.turns import Turn
+from .._running.watched import watched
+from ..errors import ImpactsigWarning
+from . import sources
 from ._linking import linked_once
-from ._private import private_directory
-from ._turns import Turn
-from ._watched import watched
-from .errors import ImpactsigWarning
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -79,7 +79,7 @@ def state(path: Path) -> str:
 
     This one says how a kernel is compiled and in what form it is kept.
     """
-    return _sources.digest(_sources.reached([path, Path(__file__)]))
+    return sources.digest(sources.reached([path, Path(__file__)]))
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:

@@ -1,7 +1,7 @@
 """Source files as code: without comments and docstrings, with the files that they import.
 
-Digests of code decide whether a kernel is compiled again (`_compiled`) and whether a study is the
-same (`studies._fingerprint`). Every process that computes takes them when it starts, and `ast` and
+Digests of code decide whether a kernel is compiled again (`compiled`) and whether a study is the
+same (`studies.fingerprint`). Every process that computes takes them when it starts, and `ast` and
 `tokenize` take ten times as long as the regular expressions here; a test compares the results.
 """
 
@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
 """The folder of this package."""
 WITHOUT_NUMBERS = (
     ROOT / "plot",

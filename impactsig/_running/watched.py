@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from threading import Event, Thread
 from typing import Any, TypeVar
 
-from ._arguments import flag
+from .._arguments import flag
 
 Result = TypeVar("Result")
 
