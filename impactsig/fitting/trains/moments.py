@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._partition import Partition, Sifted, Train
+from .partition import Partition, Sifted, Train
 
 BINS = 5  # of the strengths in a class
 FALSE = 3  # last moments, which tell of missed and of spurious impacts

@@ -1,6 +1,6 @@
 """Where the search for the oscillator of many trains begins.
 
-Of one rigid stop the balance of three impacts tells (`_balance`). Where it does not hold, of a soft
+Of one rigid stop the balance of three impacts tells (`balance`). Where it does not hold, of a soft
 stop, or where it is not known which of two stops an impact was on, machines are simulated:
 restitution coefficient, damping and what only that kind has are drawn, amplitudes tried for each
 train, and those count whose pairs of successive intervals lie where the measured ones do. The
@@ -14,12 +14,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..simulate.batches.trains import Impacting, impacts_of_many
-from ._balance import TURN, Courses, Values, courses, forcings
+from ...simulate.batches.trains import Impacting, impacts_of_many
+from .._machine import EXTRA, KINDS, LEAST_RESTITUTION, PARAMETERS, PLACES, oscillator
+from ..searching.problem import Problem
+from ..trains.balance import TURN, Courses, Values, courses, forcings
+from ..trains.partition import mean_phases
 from ._like_kernels import CAP, distances
-from ._machine import EXTRA, KINDS, LEAST_RESTITUTION, PARAMETERS, PLACES, oscillator
-from ._partition import mean_phases
-from ._problem import Problem
 from ._together import AMPLITUDE, PHASE
 
 LED = 6

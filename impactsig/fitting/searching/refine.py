@@ -17,15 +17,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._judging import judged
-from ._machine import CHAIN, PARAMETERS, sought_of
-from ._narrow import Estimate, beside
-from ._orbit import FAINT, QUIET, Approach, Sight, approach, distances, floor_of, follow
-from ._orbit_kernels import OWN, STRENGTH, TURN, Noise
-from ._partition import Partition, Sifted, Train
-from ._problem import Problem
-from ._search import Beginning, begin, chain
-from ._simulated import Beginnings
+from .._judging import judged
+from .._machine import CHAIN, PARAMETERS, sought_of
+from ..orbits.orbit import FAINT, QUIET, Approach, Sight, approach, distances, floor_of, follow
+from ..orbits.orbit_kernels import OWN, STRENGTH, TURN, Noise
+from ..trains.partition import Partition, Sifted, Train
+from .narrow import Estimate, beside
+from .problem import Problem
+from .search import Beginning, begin, chain
+from .simulated import Beginnings
 
 PARTS = 2  # of the range of damping, in each of which the search begins
 PHASE = 4
@@ -170,7 +170,7 @@ def _beginnings(problem: Problem) -> list[Beginning]:
 
 
 def _theta(problem: Problem, beginning: Beginning) -> np.ndarray:
-    """The parameters in the form of `_orbit`."""
+    """The parameters in the form of `orbit`."""
     values = problem.values(beginning.free)
     return np.array([
         values["restitution"],

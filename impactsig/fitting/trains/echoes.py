@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._numerics.spread import DEVIATION_BY_MEDIAN
-from ..simulate.batches.trains import Impacting
-from ._partition import Train
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
+from ...simulate.batches.trains import Impacting
+from .partition import Train
 
 FOLLOWING = 4  # impacts after each, among which its echo is
 LONGEST = 0.5  # forcing periods of the fastest train

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..simulate.batches.trains import Impacting, impacts_of_many
-from ._echoes import Echoes
-from ._machine import oscillator
-from ._partition import Train
+from ...simulate.batches.trains import Impacting, impacts_of_many
+from .._machine import oscillator
+from ..trains.echoes import Echoes
+from ..trains.partition import Train
 
 SETTLING = 60  # periods left out before a simulated train, and up to as many more
 CROWDED = 10  # times the impacts of the measured train: more work is not done for one

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ._balance import Courses, courses
-from ._echoes import Echoes
-from ._machine import CHAIN, EXTRA, KINDS, PARAMETERS, Parameter
-from ._moments import FALSE, Moments
-from ._partition import Train
-from ._simulated import Beginnings, simulated
+from ...errors import InvalidInput
+from .._machine import CHAIN, EXTRA, KINDS, PARAMETERS, Parameter
+from ..trains.balance import Courses, courses
+from ..trains.echoes import Echoes
+from ..trains.moments import FALSE, Moments
+from ..trains.partition import Train
+from .simulated import Beginnings, simulated
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
 BLOCKS = 20  # of the measured train, of 50 impacts or more, for a first scale of its moments

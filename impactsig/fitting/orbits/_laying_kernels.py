@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from .._compiling.compiled import njit
-from ._orbit_kernels import Machine, Noise, Smoothed, smooth  # noqa: F401
+from ..._compiling.compiled import njit
+from .orbit_kernels import Machine, Noise, Smoothed, smooth  # noqa: F401
 
 kernel = njit(nogil=True, error_model="numpy")
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiling.compiled import njit
+from ..._compiling.compiled import njit
 
 kernel = njit(nogil=True, error_model="numpy")
 

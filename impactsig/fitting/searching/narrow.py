@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._problem import Problem
+from .problem import Problem
 
 CLOUD, LAST_CLOUD = 200, 300  # trains
 ROUNDS = 8

@@ -9,26 +9,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._arguments import instance
-from ..errors import InvalidInput
-from ..impacts import Impacts
-from ..intervals import identify_period
-from ..intervals.forcing import keeps_phase
-from ._asked import observed, refuse_unlocked
-from ._balance import TURN
+from ..._arguments import instance
+from ...errors import InvalidInput
+from ...impacts import Impacts
+from ...intervals import identify_period
+from ...intervals.forcing import keeps_phase
+from .._asked import observed, refuse_unlocked
+from .._judging import judged
+from .._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train, sought_of
+from .._outcome import outcome
+from ..machine import Aside, MachineFit, machine_of_runs
+from ..orbits.followed import BEGUN, Followed, Seen
+from ..result import OscillatorFit
+from ..searching.narrow import Estimate
+from ..searching.problem import Problem
+from ..searching.simulated import Beginnings
+from ..trains.balance import TURN
+from ..trains.echoes import Echoes, echoes, without
+from ..trains.partition import Train
 from ._beginnings import amplitudes_like, balanced, simulated_like
-from ._echoes import Echoes, echoes, without
-from ._followed import BEGUN, Followed, Seen
-from ._judging import judged
-from ._machine import EXTRA, KINDS, PARAMETERS, PLACES, as_train, sought_of
-from ._narrow import Estimate
-from ._outcome import outcome
-from ._partition import Train
-from ._problem import Problem
-from ._simulated import Beginnings
 from ._together import AMPLITUDE, PHASE, WIDEST, Joint, Layout, nearest, together
-from .machine import Aside, MachineFit, machine_of_runs
-from .result import OscillatorFit
 
 FEWEST = 100
 """Impacts of a train, below which its words cannot be compared."""

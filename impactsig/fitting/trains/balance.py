@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._partition import Partition, Train
+from .partition import Partition, Train
 
 ALIKE = 0.06  # periods: words whose first phases scatter by more are split
 FEWEST = 15  # words in a mean

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._running.watched import progress
-from ._followed import BEGUN, Followed, Laid, Seen
+from ..._running.watched import progress
+from ..orbits.followed import BEGUN, Followed, Laid, Seen
 
 ROUNDS, ENDS, STEPS = 5, 6, 8
 MORE = 12  # rounds at most after these, while the parameters still drift

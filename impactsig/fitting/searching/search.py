@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._balance import TURN, Values, badness, imbalance
-from ._machine import dimensionless
-from ._problem import FAR, Problem
-from ._simulated import Beginnings
+from .._machine import dimensionless
+from ..trains.balance import TURN, Values, badness, imbalance
+from .problem import FAR, Problem
+from .simulated import Beginnings
 
 MEMBERS, GENERATIONS = 40, 14
 RESTARTS = 2

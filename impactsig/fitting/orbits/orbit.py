@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..trains.partition import Sifted
 from ._contact_kernels import EXTRA, NONE, contacts
 from ._laying_kernels import CUT, lay
-from ._orbit_kernels import OWN, STRENGTH, Machine, Noise, project
-from ._partition import Sifted
+from .orbit_kernels import OWN, STRENGTH, Machine, Noise, project
 
 SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
 """In gaps. The last is far below what the noise moves a velocity by: a slack that is not biases the

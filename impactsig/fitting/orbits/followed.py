@@ -1,6 +1,6 @@
 """A measured train of instants, and the orbit of an oscillator beside it.
 
-As in `_orbit`, at given parameters the orbit is found by `smooth`, but it begins at the likeliest
+As in `orbit`, at given parameters the orbit is found by `smooth`, but it begins at the likeliest
 course of the oscillator through the train (`_path`), which has found already what is false and what
 was missed. Velocities are not measured: they are held to where they were a step before, so that
 they pull at no parameter once these rest.
@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ._laying_kernels import CLOSE, ITERATIONS, lay
-from ._orbit import machine_of
-from ._orbit_kernels import PARAMETERS, STRENGTH, Noise, project, smooth
 from ._path import course
 from ._path_kernels import LOST, Chain
+from .orbit import machine_of
+from .orbit_kernels import PARAMETERS, STRENGTH, Noise, project, smooth
 
 SLACKS = np.array([3e-4, 3e-5])
 HELD, MOVED, FREE = 0.3, 1.0, 50.0

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiling.compiled import njit
+from ..._compiling.compiled import njit
 from ._contact_kernels import MOVED, STEP, TURN, bounce
 
 kernel = njit(nogil=True, error_model="numpy")

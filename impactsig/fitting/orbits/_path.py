@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..simulate.batches.trains import impacts_of_many
-from ._balance import TURN, Values, imbalance
-from ._machine import KINDS, PARAMETERS, oscillator
+from ...simulate.batches.trains import impacts_of_many
+from .._machine import KINDS, PARAMETERS, oscillator
+from ..trains.balance import TURN, Values, imbalance
 from ._path_kernels import AHEAD, BEGINS, FALSE, Chain, likeliest
 
 ORBITS, STEPS = 60, 8  # simulated, and the states of each
