@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.recordings import microphone, score
-from impactsig.detect.sound._notes import mains_notes
-from impactsig.detect.sound._swells import CROWD, SWELLS, crowds, most_odds, sharpness
+from impactsig.detect.sound.deciding.notes import mains_notes
+from impactsig.detect.sound.deciding.swells import CROWD, SWELLS, crowds, most_odds, sharpness
 from tests.unit.test_detect_sound import detect
 
 

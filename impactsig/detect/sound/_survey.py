@@ -15,10 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._band_kernels import background, band_growth, band_rise, group_means
-from ._bands import ROUNDING, Bands, Spectrum, bands_at, degrees_of_freedom
-from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
-from ._gate import Gate
 from ._kernels import (
     BLOCK,
     EDGE,
@@ -37,6 +33,10 @@ from ._rise_kernels import DEEPEST, LOCAL, STEP
 from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
 from ._windows import Window
+from .powers.band_kernels import background, band_growth, band_rise, group_means
+from .powers.bands import ROUNDING, Bands, Spectrum, bands_at, degrees_of_freedom
+from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
+from .powers.gate import Gate
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from ._survey import SAMPLED, Passage
+from .._survey import SAMPLED, Passage
 
 LOUD = 0.7  # [neper], of crests whose tails are measured
 HEARD = 0.1  # [neper]

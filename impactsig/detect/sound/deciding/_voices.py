@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP
-from ._nearby import heard_share, number_as_high
+from .._kernels import GROUP
+from .._nearby import heard_share, number_as_high
 
 WITHIN, AS_HIGH, MANY = 50e-3, 0.4, 5  # [s], share of the height, and number of crests
 ALWAYS, STEADY = 1.0, 0.7  # [s], and share of the time that such crests fill if they are steady

@@ -10,14 +10,14 @@ impact are, where n is 30 a second or more and C at least 0.3 times the greatest
     3 - 15 m / n, no more than 6.5 ln(D / 2 a),
 
 D the greater of what C exceeds the tails of earlier crests by and of C / 1.5, and a what noise
-reaches once in an hour (`_decision.py`).
+reaches once in an hour (`decision.py`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ._nearby import greatest_near, number_as_high
+from .._nearby import greatest_near, number_as_high
 
 WITHIN, MANY = 1.0, 30.0  # [s], crests a second
 AS_HIGH, LESS = 0.4, 0.13  # shares of the height

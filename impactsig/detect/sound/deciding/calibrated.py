@@ -4,7 +4,7 @@ The odds of a crest were fitted to records of all kinds together. Where few cres
 in doubt, evidence parts impacts from noise more sharply: odds are even less often than they say,
 and then rather of impacts. Where impacts come as densely as the crests of a rattle, they hide each
 other's evidence, and most that seem improbable are impacts. With F the F1 that the odds let expect
-(`_doubt.py`), c = max(0, 1 - (1 - F) / 0.03) and r likely impacts a second, the log-odds x become
+(`doubt.py`), c = max(0, 1 - (1 - F) / 0.03) and r likely impacts a second, the log-odds x become
 
     (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3)),
     d = (1 - 0.4 c) (1 - c^16),
@@ -37,7 +37,7 @@ import math
 
 import numpy as np
 
-from ._doubt import Doubt
+from .doubt import Doubt
 
 SHARPER = 0.75, 0.5  # of the slope, above and below even odds, where nothing is in doubt
 DOUBTFUL = 0.03  # expected share of errors from which on the slope is as it was fitted

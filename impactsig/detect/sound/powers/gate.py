@@ -2,7 +2,7 @@
 
 A gate opens and closes in steps, and what sounds before it opens begins at once when it does. Both
 raise the power of octaves and bands as an impact does. So steps become ramps, and silence has the
-power that the sound before it ends with. The background leaves silence out (`_floor.py`).
+power that the sound before it ends with. The background leaves silence out (`floor.py`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._bands import Bands
+from .._kernels import GROUP, Scale, octave_powers
 from ._gate_kernels import (
     CLOSED,
     bridge,
@@ -22,7 +22,7 @@ from ._gate_kernels import (
     silent_samples,
     soften,
 )
-from ._kernels import GROUP, Scale, octave_powers
+from .bands import Bands
 
 RAMP = 4e-3  # [s]
 SHORTEST = 4  # samples of a silence that is bridged

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP
-from ._survey import Survey
+from .._kernels import GROUP
+from .._survey import Survey
 
 GATED = 0.05  # share of digital silence that a note is worth
 STRETCHES = 3  # of it

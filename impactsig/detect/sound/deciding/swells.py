@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from ._nearby import ranked
+from .._nearby import ranked
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack

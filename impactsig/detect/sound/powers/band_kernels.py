@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, njit
-from ._lane_kernels import logarithms
+from ...._compiling.compiled import allocating, njit
+from .._lane_kernels import logarithms
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB

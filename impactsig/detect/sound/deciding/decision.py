@@ -49,7 +49,7 @@ tell of (`_rise_odds.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
 the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
-whole record adds to them is in `_calibrated.py`.
+whole record adds to them is in `calibrated.py`.
 """
 
 from __future__ import annotations
@@ -58,9 +58,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._dense import dense_odds
-from ._kernels import BLOCK, GROUP, Scale, greatest_between
-from ._nearby import (
+from .._kernels import BLOCK, GROUP, Scale, greatest_between
+from .._nearby import (
     crowd,
     greatest_near,
     greatest_within,
@@ -71,6 +70,8 @@ from ._nearby import (
     rate_of_others,
     separate_crests,
 )
+from .._survey import SAMPLED, Passage
+from ._dense import dense_odds
 from ._rise_odds import ALONE as RISES_ALONE
 from ._rise_odds import (
     BESIDE_SILENCE,
@@ -82,7 +83,6 @@ from ._rise_odds import (
     settled,
 )
 from ._rise_odds import SPREAD as RISE_SPREAD
-from ._survey import SAMPLED, Passage
 from ._tails import beyond_tails
 from ._tones import BEFORE, GROWS_ON, SPREAD, SWELLING, tone_odds
 from ._voices import pulse_odds

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._nearby import ranked
+from .._nearby import ranked
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
 OFFSET = 12.1

@@ -1,7 +1,7 @@
 """Log-odds of impacts by H, the likelihood of a rise in one octave (`_rises.py`).
 
 With H the greatest within 5 ms and r how often evident impacts come (log-odds above 1 and H above
-20; as in `_decision.py`), the log-odds x of a crest where H is below 12 become
+20; as in `decision.py`), the log-odds x of a crest where H is below 12 become
 
     min(x, x + 1.5 ln((1 + H) min(r, 1) / c)),
 
@@ -17,7 +17,7 @@ but no more than (H - 16) / 3, which noise keeps below 0 for hours, nor than 3 l
 sound of few modes swells and fades in its tail; less ln(1 + R / a), for a room that rings rises in
 one octave now and then. n is how many crests of H within 50 ms are as high as 0.4 times this one,
 itself among them, B_max the greatest B within a second, H' the greatest H from 100 to 6 ms before,
-R the rattle and a what noise reaches in octaves (`_decision.py`). The likeliest crest within 10 ms
+R the rattle and a what noise reaches in octaves (`decision.py`). The likeliest crest within 10 ms
 takes these odds, if there is one.
 
 Narrow bands hear 23 ms, and what they tell of lies at whatever crest of C is near. Where that is
@@ -35,9 +35,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._kernels import GROUP, greatest_between
-from ._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
-from ._rise_kernels import STEP
+from .._kernels import GROUP, greatest_between
+from .._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
+from .._rise_kernels import STEP
 
 WITHIN = 8e-3  # [s], of a crest of H, that none exceeds
 HERE = 5e-3  # [s], of a crest, that its H is taken from

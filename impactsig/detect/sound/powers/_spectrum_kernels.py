@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from ..._compiling.compiled import allocating
+from ...._compiling.compiled import allocating
 
 LANES = 64
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
