@@ -9,9 +9,10 @@ milliseconds after the attack, and r the samples in a millisecond,
 is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
 rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
 those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
-R - 0.5, with R the median of the second logarithm, the log-odds of each are no more than 4 (e - 1).
-Low tones in noise hardly show in innovations: they have an R of 0.2 to 0.6. Clear impacts behind a
-filter that smears them, whose e may be 0 as well, have an R of 9 and more, swellings of up to 7.
+R / 2 - 0.45, with R the median of the second logarithm, the log-odds of each are no more than
+4 (e - 1). Low tones in noise and dense impacts that ring into each other hardly show in
+innovations: they have an R of 0.2 to 1. Clear impacts behind a filter that smears them, whose e may
+be 0 as well, have an R of 9 and more, swellings of up to 7.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from ._swell_kernels import powers_beside
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
 SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
-SWELLS, HIDDEN = 0.2, 0.5  # e of no impact, and R that hardly shows
+SWELLS = 0.2  # e of no impact
+SHOWS, HIDDEN = 0.5, 0.45  # and share of R that bounds e where little shows in innovations
 STEEP = 7.5  # R of no swelling
 SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each neper more
 
@@ -69,6 +71,6 @@ def most_odds(
     first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
     middle = (last - first) // 2
     slow = ranked(rise[pool], first, last, middle)
-    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(slow - HIDDEN, SWELLS)
+    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)
     swells = known & (last - first > CROWD) & gradual & (slow < STEEP)
     return np.where(swells, SLOPE * (sharp - SHARP), np.inf)
