@@ -69,7 +69,7 @@ from ._notes import (
     voice_notes,
 )
 from ._survey import Survey, cores_of, window_size
-from ._swells import are_gradual, crowds, most_odds, sharpness
+from ._swells import crowds, most_odds, sharpness
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
@@ -230,7 +230,7 @@ def search(
         lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
         sharp.append(np.full((2, len(places)), np.nan))
         dense = crowded[window.segment][here]
-        if are_gradual(np.sqrt(out[dense, 3]), rate):
+        if dense.any():
             lags = scale.long_lag, scale.slope
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         modes.add(x, valid, out[:, 0])
