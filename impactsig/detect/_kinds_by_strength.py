@@ -13,7 +13,7 @@ import numpy as np
 
 TERMS = 3
 """Of a polynomial, at most."""
-OF_EACH = 8
+OF_EACH = 4
 """Impacts of the rarer kind for each term."""
 ROUNDS = 100
 

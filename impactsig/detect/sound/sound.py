@@ -258,7 +258,7 @@ def search(
     by_attack = np.hypot(attack_errors(columns), spread)
     # Where noise hides an attack, modes are now and then those of the noise beside the sound.
     hidden = np.hypot(np.sqrt(columns[:, 3]), spread)
-    astray = np.minimum(hidden, hidden**2 / scale.reach)
+    astray = np.minimum(hidden, hidden**3 / (0.5 * scale.reach) ** 2)
     error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
     error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
