@@ -9,7 +9,7 @@ from impactsig.detect._kinds_by_strength import kinds_by_strength
 
 
 def kinds(seed, count=300, second=0.4, bend=1.5):
-    """Colours that meet where sounds are faint, their loudness, the kinds, and shares without it."""
+    """Colours that bend as sounds get faint, their loudness, kinds, and shares without it."""
     rng = np.random.default_rng(seed)
     loud, kind = rng.standard_normal(count), (rng.random(count) < second).astype(int)
     ends = np.array([[3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]])
