@@ -5,8 +5,8 @@ apart, and less its mean over the bands: what is left does not depend on how har
 Impacts of stops that sound different form clusters there: a mixture of Gaussian distributions with
 one covariance, fitted by expectation and maximisation in the three principal components. Chance
 makes clusters too, at up to 4.4 standard deviations from each other in trains of 60 to 300 impacts
-of one sound; sounds whose modes lie a tenth apart in frequency are 7 and more apart. Where there are
-two, what faint ones of either sound like is then allowed for (`_kinds_by_strength.py`).
+of one sound; sounds whose modes lie a tenth apart in frequency are 7 and more apart. Where there
+are two, what faint ones of either sound like is then allowed for (`_kinds_by_strength.py`).
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def test_errors_are_as_large_as_their_standard_errors(rate, kind):
 
 
 def test_modes_of_noise_beside_a_sound_are_allowed_for():
-    # Attacks in noise are known to 0.3 to 1 ms; one in twenty of the modes fitted there is 1 to 2 ms off.
+    # Attacks are known to 0.3 to 1 ms; one in twenty of the modes fitted there is 1 to 2 ms off.
     truths = [record("shared", 22_050, 10.0, seed, noise="white") for seed in (15_111, 15_114)]
     off, error = np.concatenate([errors(truth) for truth in truths]).T
     assert np.std(off / error) < 1.6
