@@ -36,6 +36,7 @@ def kinds_by_strength(places: np.ndarray, loudness: np.ndarray, share: np.ndarra
     about = (loudness - loudness.mean()) / spread if spread > 0.0 else np.zeros(count)
     powers = np.vander(about, terms, increasing=True)
     freedom = count - size - 2 * terms
+    least = 1e-12 * float(np.var(places)) + 1e-200  # of sounds that are all the same
     for _ in range(ROUNDS):
         off, lever = np.empty((count, 2, size)), np.empty((count, 2))
         for k, weight in enumerate(share.T):
@@ -43,7 +44,7 @@ def kinds_by_strength(places: np.ndarray, loudness: np.ndarray, share: np.ndarra
             off[:, k] = places - powers @ (inverse @ (powers.T @ (weight[:, None] * places)))
             lever[:, k] = np.einsum("ni,ij,nj->n", powers, inverse, powers)
         covariance = np.einsum("nk,nki,nkj->ij", share, off, off) / count
-        covariance += 1e-9 * (np.trace(covariance) + 1e-300) * np.eye(size)
+        covariance += least * np.eye(size)
         square = np.einsum("nki,ij,nkj->nk", off, np.linalg.inv(covariance), off)
         wider = 1.0 + np.maximum(lever, 0.0)
         logs = np.log(share.sum(axis=0) / count + 1e-300) - 0.5 * size * np.log(wider)

@@ -58,3 +58,13 @@ def test_it_depends_on_neither_scale_nor_origin_of_either():
     found = kinds_by_strength(places, loud, share)
     moved = kinds_by_strength(1e3 * places + 7.0, 10.0 * loud - 3.0, share)
     np.testing.assert_allclose(moved, found, atol=1e-5)
+
+
+def test_sounds_without_any_scatter():
+    kind = np.arange(30) % 2
+    share = np.column_stack((1.0 - kind, kind))
+    for places in (np.outer(kind, [1.0, 2.0, 0.0]), np.zeros((30, 3)), np.outer(kind, [1e-90])):
+        probability = kinds_by_strength(places, np.linspace(0.0, 1.0, 30), share)
+        assert np.isfinite(probability).all()
+        if places.max() == 2.0:
+            np.testing.assert_allclose(probability, share, atol=1e-9)
