@@ -254,8 +254,12 @@ def search(
     within = np.abs(np.nan_to_num(by_modes.shift)) <= lengths.far
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
-    error = np.where(alike, wave_error, by_modes.error)
-    by_attack = np.hypot(attack_errors(columns), rate * np.concatenate(spreads))
+    spread = rate * np.concatenate(spreads)
+    by_attack = np.hypot(attack_errors(columns), spread)
+    # Where noise hides an attack, modes are now and then those of the noise beside the sound.
+    hidden = np.hypot(np.sqrt(columns[:, 3]), spread)
+    astray = np.minimum(hidden, hidden**3 / (0.5 * scale.reach) ** 2)
+    error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
     error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
