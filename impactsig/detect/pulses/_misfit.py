@@ -35,6 +35,9 @@ shape, and where an edge of few samples turns into a flat top is not seen.
 FEW_COARSE, STEEPER = 3.0, 0.15
 """Samples on an edge from which that is less by the square of them; unless the logarithm of the
 power at its touch is less than the family's by so much: what is steep is not read so well."""
+JUMP, JUMPS, JUMPED = 0.4, 0.5, 0.2
+"""Samples that a touch is off by where the force begins with a jump, which lies anywhere between
+two samples: where that logarithm is less than the family's by JUMPS, in full by JUMPED more."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -119,7 +122,7 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
 
 @kernel
 def allow_for_unseen(rows, alike, hidden, timed):
-    """Correct and increase the errors of pulses that the family follows by what samples do not show.
+    """Correct pulses that the family follows for what samples do not show, and their errors.
 
     Few samples on an edge, a rest of mean square `hidden` that may be noise, and what law soft
     edges follow.
@@ -159,7 +162,8 @@ def _samples_on(edge):
 def _coarse(edge, steeper):
     """How far off a touch with a misfit is for want of samples on its edge [samples]."""
     k = _samples_on(edge)
-    return COARSE / k * min(max(FEW_COARSE / k, steeper / STEEPER), 1.0)
+    few = COARSE / k * min(max(FEW_COARSE / k, steeper / STEEPER), 1.0)
+    return math.hypot(few, JUMP * min(max((steeper - JUMPS) / JUMPED, 0.0), 1.0))
 
 
 @kernel
