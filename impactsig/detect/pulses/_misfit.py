@@ -47,6 +47,8 @@ SOFT = 0.054
 """Of an edge, times the square of the logarithm of its power: how much later than sin^q a contact
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
+SINE = 0.05
+"""Logarithm of the power up to which an edge is that of a half-sine."""
 SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
@@ -148,8 +150,11 @@ def allow_for_unseen(rows, alike, hidden, timed):
 
 @kernel
 def _later(power):
-    """How much later than in the family an edge may begin, and the error of that [edges]."""
-    return 0.5 * SOFT * max(power, 0.0) ** 2
+    """How much later than in the family an edge of such a power begins, by half [edges].
+
+    From the logarithm of the power. It is the error of that, too.
+    """
+    return 0.5 * SOFT * power * power if power > SINE else 0.0
 
 
 @kernel
