@@ -221,7 +221,7 @@ def main() -> None:
     print(f"errors as stated would have: {np.mean(chance):.1%}")
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
     for name, of in [(f"{one:g} dB", ("level", one)) for one in LEVELS] + [
-        (one, ("pulse", one)) for one in (GROUPS[given.shapes])
+        (one, ("pulse", one)) for one in GROUPS[given.shapes]
     ]:
         few = [row["time_error"] / row["bound"] for row in every if row[of[0]] == of[1]]
         print(f"; {name}: {np.median(few):.2f}", end="")

@@ -53,7 +53,7 @@ SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
 """Of the height: what the rest of the shape has more, the family is away from the pulses."""
-FARTHEST = 0.5
+FARTHEST = 0.4
 """Contact times that a fit is moved."""
 
 
