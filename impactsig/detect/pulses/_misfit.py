@@ -47,8 +47,9 @@ SOFT = 0.054
 """Of an edge, times the square of the logarithm of its power: how much later than sin^q a contact
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
-SINE = 0.05
-"""Logarithm of the power up to which an edge is that of a half-sine."""
+SINE, SOFTEST = 0.05, 1.5
+"""Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
+more."""
 SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
@@ -154,7 +155,7 @@ def _later(power):
 
     From the logarithm of the power. It is the error of that, too.
     """
-    return 0.5 * SOFT * power * power if power > SINE else 0.0
+    return 0.5 * SOFT * min(power, SOFTEST) ** 2 if power > SINE else 0.0
 
 
 @kernel
