@@ -119,6 +119,7 @@ def share_shape(rows, x, origin, timed, told):
                 missed = left > 0.0
                 shown = missed
         if shown:
+            about[0, POWER - SKEW] = _held(shape.mean)
             for _ in range(CLEAR_ROUNDS):
                 rest = common_rest(rows, clear, x, origin, room)[0]
                 linearize_anew(rows, clear, x, origin, rest, True, room)
@@ -135,8 +136,8 @@ def share_shape(rows, x, origin, timed, told):
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
         told[:] = shape.told
     if missed:
-        rest = common_rest(rows, clear, x, origin, room)[0]
-        correct_misfit(rows, alike, x, origin, left, rest, timed)
+        rest, held, _ = common_rest(rows, clear, x, origin, room)
+        correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, timed)
     else:
         allow_for_unseen(rows, alike, hidden, timed)
 
@@ -171,6 +172,17 @@ def _clear(rows, alike):
             clear[count] = k
             count += 1
     return clear[:count]
+
+
+@kernel
+def _held(mean):
+    """Power at which the edges of the family are held while the rest of the shape is sought.
+
+    That of soft edges is as fitted; a steep foot would bind an instant to a sample, and where there
+    is a flat top its corners are taken for softness.
+    """
+    flat = max(BRIEF * (math.exp(mean[FLAT - SKEW]) - 1.0), 0.0)
+    return max(mean[POWER - SKEW], 0.0) * max(1.0 - flat, 0.0)
 
 
 @kernel
