@@ -55,12 +55,14 @@ def _uncommon_force(_: Path) -> None:
     from ..recording import Recording
 
     rng, u = np.random.default_rng(1), np.arange(40) / 40.0
-    shape = np.sin(np.pi * u) * (1.0 + 0.3 * np.sin(9.0 * u))
+    half_sine = np.sin(np.pi * u)
     samples = 1e-3 * rng.standard_normal(40_000)
     for first in range(1000, 38_000, 1000):
-        samples[first : first + 40] += shape
-        if first % 4000 == 0:
-            samples[first + 36 : first + 76] += 0.8 * shape
+        if first % 4000:
+            samples[first : first + 40] += half_sine * (1.0 + 0.3 * np.sin(9.0 * u))
+        else:
+            samples[first : first + 40] += half_sine
+            samples[first + 34 : first + 74] += 0.8 * half_sine
     detect_impacts(Recording(samples, 20_000.0, sensor="force"))
 
 

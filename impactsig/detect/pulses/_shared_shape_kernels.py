@@ -157,8 +157,7 @@ def estimate_shape(fits, about, told, before, rounds):
         _invert_all(covariance, room)
         for a in range(s):
             step = fits.step[SKEW + a]
-            for i in range(n):
-                step[i] = 0.0
+            step[:] = 0.0
             for b in range(s):
                 column, along = covariance[max(a, b), min(a, b)], pull[b]
                 total = 0.0
@@ -187,7 +186,7 @@ def estimate_shape(fits, about, told, before, rounds):
             seen, likely = square / double, variance + gain / max(square, 1e-12)
             apart = likely * told[1, a] - told[0, a]
             if apart * apart * seen > AGREES**2 * told[1, a] * (told[1, a] + seen):
-                told[0, a] = told[1, a] = 0.0
+                told[:, a] = 0.0
             known = max(seen + told[1, a], 1e-300)
             level = (seen * likely + told[0, a]) / known
             gain += WEIGHT * (SPREAD[a] ** 2 - variance)
