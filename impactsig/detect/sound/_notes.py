@@ -14,7 +14,7 @@ PULSES = 10  # of a voice that a note is worth
 
 def converter_notes(survey: Survey) -> tuple[str, ...]:
     """A note if the converter does not resolve the noise."""
-    if not survey.unresolved:
+    if not survey.backgrounds.unresolved:
         return ()
     return (
         "The noise is weaker than a step of the converter, so sounds of less than a step are "
@@ -52,7 +52,7 @@ def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
 
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if much of the record is repeated digital silence."""
-    if survey.unresolved:
+    if survey.backgrounds.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
     share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
