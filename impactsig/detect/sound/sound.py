@@ -60,6 +60,7 @@ from ._cores import cores_of, window_size
 from ._decision import LATER, SOONER, candidates
 from ._doubt import Doubt
 from ._kernels import GROUP, Scale
+from ._memory import keep_memory
 from ._notes import click_notes, converter_notes, crowd_notes, gate_notes, voice_notes
 from ._survey import Survey
 from ._windows import windows
@@ -127,6 +128,7 @@ def detect_sound(
     little beside it to compare.
     """
     parse_probability(least_probability)
+    keep_memory()
     scale = scale_at(rate)
     gathered = surveyed(pieces, rate, scale)
     power = math.frexp(gathered.limits.size)[1]
