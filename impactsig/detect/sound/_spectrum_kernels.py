@@ -127,7 +127,10 @@ def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows,
         p, q = _LANES * np.uint64(k), _LANES * np.uint64(count - k)
         # A Hann window spreads the weighted mean over two coefficients.
         mean = _HALF if k == 1 else np.float32(0.0)
-        _squares(x, a, b, first, mean, half_turn[0, k], half_turn[1, k], square, p, q)
+        _squares(
+            x[a : a + _ROW], x[b : b + _ROW], x[first : first + _ROW], mean,
+            half_turn[0, k], half_turn[1, k], square[p : p + _LANES], square[q : q + _LANES],
+        )  # fmt: skip
     last = _LANES * np.uint64(count)
     for f in range(_NONE, _LANES):
         difference = x[first + f] - x[first + _LANES + f]
@@ -281,18 +284,19 @@ def _pass_of_five(x, count, past, turn, y):
 
 
 @allocating
-def _squares(x, a, b, first, mean, c, s, square, p, q):
-    """Powers of coefficients k and M - k from rows a and b, those of frequencies k and M - k.
+def _squares(one, other, zero, mean, c, s, square, square_other):
+    """Powers of coefficients k and M - k from the rows of these frequencies.
 
-    The sum of the row `first`, the coefficient 0, is added `mean` times to the coefficient k.
+    The sum of the row of frequency 0, the coefficient 0, is added `mean` times to the coefficient
+    k. The rows are handed in as such: of indices into one array, this loop is not in vector lanes.
     """
     for f in range(_NONE, _LANES):
-        ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], -x[b + _LANES + f]
+        ar, ai, br, bi = one[f], one[_LANES + f], other[f], -other[_LANES + f]
         even_r, even_i = _HALF * (ar + br), _HALF * (ai + bi)
         odd_r, odd_i = _HALF * (ai - bi), _HALF * (br - ar)
         turn_r, turn_i = odd_r * c - odd_i * s, odd_r * s + odd_i * c
-        real = even_r + turn_r + mean * (x[first + f] + x[first + _LANES + f])
+        real = even_r + turn_r + mean * (zero[f] + zero[_LANES + f])
         imag = even_i + turn_i
-        square[p + f] = real * real + imag * imag
+        square[f] = real * real + imag * imag
         real, imag = even_r - turn_r, even_i - turn_i
-        square[q + f] = real * real + imag * imag
+        square_other[f] = real * real + imag * imag
