@@ -179,7 +179,8 @@ class Survey:
         long_parts = long_parts[:, ::2] + long_parts[:, 1::2]
         long_parts = 0.25 * (long_parts[:, ::2] + long_parts[:, 1::2])
         low_levels = np.empty((len(low), blocks))
-        both = np.append(heard, np.zeros(groups % 2, bool)).reshape(-1, 2).all(axis=1)
+        both = np.zeros(-(-groups // 2), np.bool_)
+        np.logical_and(heard[: groups - 1 : 2], heard[1::2], out=both[: groups // 2])
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
