@@ -175,16 +175,20 @@ def _pass_of_two(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 2)
     for p in range(count // 2):
         k = p // past * past
-        c1, s1 = turn[0, k], turn[1, k]
         a, o = _ROW * np.uint64(p), _ROW * np.uint64(2 * p)
         b = a + far
-        for f in range(_NONE, _LANES):
-            ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], x[b + _LANES + f]
-            y[o + f] = ar + br
-            y[o + _LANES + f] = ai + bi
-            real, imag = ar - br, ai - bi
-            y[o + _ROW + f] = real * c1 - imag * s1
-            y[o + _ROW + _LANES + f] = real * s1 + imag * c1
+        _two(x[a : a + _ROW], x[b : b + _ROW], turn[0, k], turn[1, k], y[o : o + _TWO * _ROW])
+
+
+@allocating
+def _two(a, b, c1, s1, y):
+    for f in range(_NONE, _LANES):
+        ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
+        y[f] = ar + br
+        y[_LANES + f] = ai + bi
+        real, imag = ar - br, ai - bi
+        y[_ROW + f] = real * c1 - imag * s1
+        y[_ROW + _LANES + f] = real * s1 + imag * c1
 
 
 @allocating
@@ -192,24 +196,31 @@ def _pass_of_three(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 3)
     for p in range(count // 3):
         k = p // past * past
-        c1, s1, c2, s2 = turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k]
         a, o = _ROW * np.uint64(p), _ROW * np.uint64(3 * p)
         b = a + far
         c = b + far
-        for f in range(_NONE, _LANES):
-            ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], x[b + _LANES + f]
-            cr, ci = x[c + f], x[c + _LANES + f]
-            sum_r, sum_i = br + cr, bi + ci
-            y[o + f] = ar + sum_r
-            y[o + _LANES + f] = ai + sum_i
-            mid_r, mid_i = ar - _HALF * sum_r, ai - _HALF * sum_i
-            turn_r, turn_i = _SINE_3 * (bi - ci), _SINE_3 * (cr - br)
-            real, imag = mid_r + turn_r, mid_i + turn_i
-            y[o + _ROW + f] = real * c1 - imag * s1
-            y[o + _ROW + _LANES + f] = real * s1 + imag * c1
-            real, imag = mid_r - turn_r, mid_i - turn_i
-            y[o + _TWO * _ROW + f] = real * c2 - imag * s2
-            y[o + _TWO * _ROW + _LANES + f] = real * s2 + imag * c2
+        _three(
+            x[a : a + _ROW], x[b : b + _ROW], x[c : c + _ROW],
+            turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k], y[o : o + _THREE * _ROW],
+        )  # fmt: skip
+
+
+@allocating
+def _three(a, b, c, c1, s1, c2, s2, y):
+    for f in range(_NONE, _LANES):
+        ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
+        cr, ci = c[f], c[_LANES + f]
+        sum_r, sum_i = br + cr, bi + ci
+        y[f] = ar + sum_r
+        y[_LANES + f] = ai + sum_i
+        mid_r, mid_i = ar - _HALF * sum_r, ai - _HALF * sum_i
+        turn_r, turn_i = _SINE_3 * (bi - ci), _SINE_3 * (cr - br)
+        real, imag = mid_r + turn_r, mid_i + turn_i
+        y[_ROW + f] = real * c1 - imag * s1
+        y[_ROW + _LANES + f] = real * s1 + imag * c1
+        real, imag = mid_r - turn_r, mid_i - turn_i
+        y[_TWO * _ROW + f] = real * c2 - imag * s2
+        y[_TWO * _ROW + _LANES + f] = real * s2 + imag * c2
 
 
 @allocating
