@@ -84,31 +84,34 @@ def to_single(x, faintest, out):
 
 @allocating
 def add_powers(
-    single, hop, window, passes, turn, half_turn, place, rows, square,
+    single, hop, window, passes, turn, half_turn, place, columns, rows, square,
     scale, first, width, weights, power,
 ):  # fmt: skip
     """Set power[b, i] to the power of band b in frame i, times the scale.
 
     Parameters
     ----------
-    single : samples; the frames begin `hop` apart
+    single : samples; the frames begin `hop` apart, a whole number of these is there
     passes : radices of the passes
     turn, half_turn : cosines and sines of the frequencies of half a frame, and of a frame
     place : order of the frequencies after the passes
-    rows, square : (2, M * 2 LANES) and ((M + 1) LANES,), scratch
+    columns, rows, square : (hop * (LANES + (N - 1) // hop),), (2, M * 2 LANES) and
+        ((M + 1) LANES,), scratch
     first, width, weights : of the coefficients that each band sums
     """
     for at in range(0, power.shape[1], LANES):
-        power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square)
+        power_spectra(single, hop, window, at, passes, turn, half_turn, place, columns, rows, square)
         add_bands(square, scale, first, width, weights, at, power)
 
 
 @allocating
-def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square):
+def power_spectra(
+    single, hop, window, at, passes, turn, half_turn, place, columns, rows, square
+):  # fmt: skip
     """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean."""
     x, y = rows[0], rows[1]
     count = len(place)
-    _load(single, np.uint64(hop), window, np.uint64(at * hop), x)
+    _load(single, hop, window, at * hop, columns, x)
     past = 1
     for radix in passes:
         if radix == 2:
@@ -159,15 +162,23 @@ def add_bands(square, scale, first, width, weights, at, power):
 
 
 @allocating
-def _load(single, hop, window, begin, x):
-    for n in range(len(window) // 2):
-        row = _ROW * np.uint64(n)
-        even, odd = window[2 * n], window[2 * n + 1]
-        i = begin + _TWO * np.uint64(n)
-        j = i + np.uint64(1)
+def _load(single, hop, window, begin, columns, x):
+    """Windowed samples of LANES frames from sample `begin` on, those of a place side by side.
+
+    Where windows overlap, frames share what is `hop` apart: each `columns` of these is gathered
+    once.
+    """
+    wide = LANES + (len(window) - 1) // hop
+    stride = np.uint64(wide)
+    for m in range(wide):
+        part, column = single[begin + m * hop : begin + (m + 1) * hop], columns[m:]
+        for r in range(np.uint64(hop)):
+            column[r * stride] = part[r]
+    for n in range(len(window)):
+        weight, first = window[n], n % hop * wide + n // hop
+        some, row = columns[first : first + LANES], x[n * LANES : (n + 1) * LANES]
         for f in range(_NONE, _LANES):
-            x[row + f] = even * single[i + f * hop]
-            x[row + _LANES + f] = odd * single[j + f * hop]
+            row[f] = weight * some[f]
 
 
 @allocating
