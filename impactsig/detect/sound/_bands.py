@@ -121,7 +121,7 @@ class Spectrum:
         scale = to_single(used, FAINTEST, single)
         power = np.empty((len(bands.first), frames))
         add_powers(
-            single, bands.hop, bands.window, *bands.transform, self._columns, self._rows, self._square,
-            scale**2, bands.first, bands.width, bands.weights, power,
+            single, bands.hop, bands.window, *bands.transform, self._columns, self._rows,
+            self._square, scale**2, bands.first, bands.width, bands.weights, power,
         )  # fmt: skip
         return power

@@ -100,7 +100,9 @@ def add_powers(
     first, width, weights : of the coefficients that each band sums
     """
     for at in range(0, power.shape[1], LANES):
-        power_spectra(single, hop, window, at, passes, turn, half_turn, place, columns, rows, square)
+        power_spectra(
+            single, hop, window, at, passes, turn, half_turn, place, columns, rows, square
+        )  # fmt: skip
         add_bands(square, scale, first, width, weights, at, power)
 
 

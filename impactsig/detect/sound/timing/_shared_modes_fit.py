@@ -45,8 +45,8 @@ def shared_exponents(
     modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
     returned. The weak modes come in a choice after the strong. A mode near half the rate may
     be one above it, folded by the sampler: these choices come apart, for without a filter they are
-    the same. There is no choice if modes are too many to be shared, or if more than LEFT of the rings
-    lies beside the strong ones: the eigenvalues of the others, noise apart.
+    the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
+    rings lies beside the strong ones: the eigenvalues of the others, noise apart.
     """
     from scipy import linalg
 
