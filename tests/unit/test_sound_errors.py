@@ -8,7 +8,7 @@ import pytest
 import impactsig
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
-from impactsig.detect.sound._kernels import (
+from impactsig.detect.sound._attack_kernels import (
     DEPENDENT,
     MOST_TOGETHER,
     counting_as_one,

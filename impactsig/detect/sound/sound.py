@@ -52,13 +52,16 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
+from ._attack_kernels import measure
 from ._calibrated import calibrated
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
+from ._cores import cores_of, window_size
 from ._decision import LATER, SOONER, candidates
 from ._doubt import EVEN, Doubt
-from ._kernels import GROUP, Scale, measure
+from ._kernels import GROUP, Scale
+from ._memory import keep_memory
 from ._notes import (
     click_notes,
     converter_notes,
@@ -68,7 +71,7 @@ from ._notes import (
     swell_notes,
     voice_notes,
 )
-from ._survey import Survey, cores_of, window_size
+from ._survey import Survey
 from ._swells import crowds, most_odds, sharpness
 from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
@@ -135,6 +138,7 @@ def detect_sound(
     little beside it to compare.
     """
     parse_probability(least_probability)
+    keep_memory()
     scale = scale_at(rate)
     gathered = surveyed(pieces, rate, scale)
     power = math.frexp(gathered.limits.size)[1]
@@ -202,7 +206,8 @@ def search(
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
-    noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
+    backgrounds = survey.backgrounds
+    noise = noise_rms(np.median(backgrounds.noise, axis=0), backgrounds.gains)
     doubt = Doubt()
     chosen, likeliest, left_out = choose(survey, least_probability, rate, doubt)
     lengths = sound_lengths(rate, scale)
