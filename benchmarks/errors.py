@@ -13,7 +13,8 @@ taken to have one error, and their instants a common one of `Impacts.shared_time
 seconds there are, the more z-scores lie outside by chance.
 
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
-    python -m benchmarks.errors --seeds 5:17 --others --contact 0.3
+    python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
+    python -m benchmarks.errors --shapes laws       # contacts integrated from laws of force
 """
 
 from __future__ import annotations
@@ -28,18 +29,20 @@ from scipy import integrate, signal
 
 import impactsig
 
+from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
 
 RESULTS = Path(__file__).parent / "results"
 RATES = (20_000.0, 50_000.0, 200_000.0)
 LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
 OTHERS = {
-    "Hertzian": lambda u: np.sin(np.pi * u) ** 1.5,
+    "sine^1.5": lambda u: np.sin(np.pi * u) ** 1.5,
     "raised cosine": lambda u: 0.5 * (1.0 - np.cos(2.0 * np.pi * u)),
     "skewed late": lambda u: np.sin(np.pi * u**1.3),
     "skewed early": lambda u: np.sin(np.pi * u**0.6),
 }
-SHAPES = PULSES | OTHERS
+GROUPS = {"recordings": PULSES, "others": OTHERS, "laws": LAWS}
+SHAPES = PULSES | OTHERS | LAWS
 MEASURED = ("time", "contact_time", "peak", "impulse")
 LEAST, MOST = 0.8, 1.25
 """What a z-score should have for its standard deviation."""
@@ -169,7 +172,7 @@ def _within(spread):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", default="11:23", help="first:last + 1")
-    parser.add_argument("--others", action="store_true", help="shapes outside of recordings.PULSES")
+    parser.add_argument("--shapes", choices=GROUPS, default="recordings")
     parser.add_argument("--contact", type=float, default=1.0, help="contact time [ms]")
     parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
     parser.add_argument("--step", type=float, default=0.0, help="of the converter, in sigma")
@@ -183,7 +186,7 @@ def main() -> None:
     head = "".join(f"| {name}: z, >2, >3 [%]    " for name in MEASURED)
     print(f"{'shape, kS/s, dB':24} found {head}| error/bound RMS/bound")
     lines, every = [], []
-    for pulse in OTHERS if given.others else PULSES:
+    for pulse in GROUPS[given.shapes]:
         for rate in RATES:
             rows = [
                 row
@@ -218,7 +221,7 @@ def main() -> None:
     print(f"errors as stated would have: {np.mean(chance):.1%}")
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
     for name, of in [(f"{one:g} dB", ("level", one)) for one in LEVELS] + [
-        (one, ("pulse", one)) for one in (OTHERS if given.others else PULSES)
+        (one, ("pulse", one)) for one in GROUPS[given.shapes]
     ]:
         few = [row["time_error"] / row["bound"] for row in every if row[of[0]] == of[1]]
         print(f"; {name}: {np.median(few):.2f}", end="")

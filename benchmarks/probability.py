@@ -4,7 +4,8 @@ Fresh synthetic records of load cell and microphone (`benchmarks.recordings`), t
 20 dB below an impact of the middle strength. All that is found down to a probability of
 1 in 20 is held against the truth: the shares that are impacts in five equal bins, and the Brier
 score beside that of a constant. A bin of fewer than 100 events is shown but does not count, for
-chance alone puts it off by 0.05 (20 dB needs a hundred records of a minute). Writes
+chance alone puts it off by 0.05. `--events 200` goes on with further seeds until every bin has so
+many, which quiet records need: of what is found at 20 dB one in a hundred is in doubt. Writes
 results/probability.json and probability.png.
 
 An event is an impact if one of the machine lies within 1 ms (load cell) or 10 ms (microphone),
@@ -14,6 +15,7 @@ and is no less of an impact for that.
 
     python -m benchmarks.probability                    # about five minutes
     python -m benchmarks.probability --seeds 5:7 --sensors sound --levels 10
+    python -m benchmarks.probability --seeds 5:405 --sensors sound --levels 20 --events 200
     python -m benchmarks.probability --sensors sound --density 20 --room 0.3 --rate 44100
 """
 
@@ -72,6 +74,12 @@ def outcomes(sensor: str, level: float, seed: int, duration: float, **options):
     return found.probability, np.isin(np.arange(len(found)), matched.pairs[:, 0])
 
 
+def enough(parts: list, events: int) -> bool:
+    """Whether each of the five bins has so many events."""
+    bins = calibration_bins(*map(np.concatenate, zip(*parts, strict=True)))
+    return bool(bins.size.min() >= events)
+
+
 def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray) -> dict:
     """One line of the table."""
     bins = calibration_bins(probability, outcome)
@@ -95,6 +103,9 @@ def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", default="201:205", help="first:last + 1")
+    parser.add_argument(
+        "--events", type=int, default=0, help="of each bin, from which on no seed is added"
+    )
     parser.add_argument("--duration", type=float, default=60.0, help="of each record [s]")
     parser.add_argument("--sensors", nargs="+", default=["force", "sound"])
     parser.add_argument("--levels", nargs="+", type=float, default=list(LEVELS))
@@ -110,14 +121,20 @@ def main() -> None:
     figure = Figure(figsize=wide, layout="constrained")
     panels = figure.subplots(len(asked.sensors), len(asked.levels), squeeze=False)
     lines = []
-    print("sensor   dB  found | predicted:observed (how many) of each bin | Brier/constant's")
+    print(
+        "sensor   dB  found | stated:observed (how many) of each bin | Brier/constant's | records"
+    )
     for sensor, axes in zip(asked.sensors, panels, strict=True):
         for level, ax in zip(asked.levels, axes, strict=True):
             ax.set_title(f"{sensor}, {level:g} dB", loc="left", fontsize="medium")
-            parts = [outcomes(sensor, level, seed, asked.duration, **options) for seed in seeds]
+            parts = []
+            for seed in seeds:
+                parts.append(outcomes(sensor, level, seed, asked.duration, **options))
+                if asked.events and enough(parts, asked.events):
+                    break
             probability, outcome = map(np.concatenate, zip(*parts, strict=True))
             plot.calibration_curve(probability, outcome, ax)
-            line = row(sensor, level, probability, outcome)
+            line = row(sensor, level, probability, outcome) | {"records": len(parts)}
             lines.append(line)
             cells = "  ".join(
                 f"{a:.2f}:{b:.2f} ({n})"
@@ -126,6 +143,7 @@ def main() -> None:
             held = line["greatest off"] <= OFF and line["ratio"] <= CONSTANT
             print(
                 f"{sensor:6} {level:4g} {line['found']:6d} | {cells} | {line['ratio']:.2f}"
+                f" | {len(parts)} records"
                 f"{'' if held else '  (missed)'}",
                 flush=True,
             )

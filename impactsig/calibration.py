@@ -89,7 +89,8 @@ def fit_calibration(
     reading, load : array_like, shape (n,)
         What the sensor showed, and what acted on it: weights, or for an impact hammer its mass
         times the impulse of its acceleration, beside the impulse that the sensor recorded. Peaks
-        serve as well, but what they share by the shape of the pulse no single error tells.
+        serve as well, but what they share by the shape of the pulse no single error tells: the
+        scale may be off by one and a half times what is then stated.
     reading_error, load_error : float or array_like, shape (n,), optional
         Standard errors.
     through_zero : bool

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ._arguments import entries, instance, number, whole
+from ._combined_columns import combined_columns, measuring_contacts
+from ._impact_flags import CLIPPED
 from ._showing import Shown
 from ._trains.combined_columns import combined_columns, measuring_contacts
 from .alignment import FEWEST, Alignment, align_impacts
@@ -88,7 +90,8 @@ def combine_impacts(
     stops : sequence of int or None, optional
         Which stop each sensor belongs to; None for one that hears them all. An impact is one on
         the stop whose sensor it is strongest in. Where sensors have one unit, peaks are compared,
-        otherwise peaks over the ninth decile of each sensor's.
+        otherwise peaks over the ninth decile of each sensor's. Where any of them is clipped, which
+        is the strongest is in doubt, and the impact is flagged as clipped.
     within : float
         How far apart two instants of one impact may be [s].
     longest_delay : float, optional
@@ -152,6 +155,7 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
+    notes += _clipped(trains)
     known = combined_columns(trains, index, np.array(delays), stop_of_sensor)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
@@ -178,6 +182,23 @@ def combine_impacts(
     index = index[order]
     index.flags.writeable = False
     return Combination(impacts, index, np.array(delays), np.array(errors))
+
+
+def _clipped(trains: Sequence[Impacts]) -> list[str]:
+    """A note for each sensor that is clipped, where there are others."""
+    if len(trains) < 2:
+        return []
+    names = [str(train.settings.get("channel", "")) for train in trains]
+    if not all(names) or len(set(names)) < len(names):
+        names = [f"sensor {k + 1}" for k in range(len(trains))]
+    counts = [int(np.count_nonzero(train.flags & CLIPPED)) for train in trains]
+    return [
+        f"{name} is clipped in {count} of its {len(train)} impacts: what it measures there are "
+        "lower bounds, and an impact that counts with the peak of another sensor may have been "
+        "stronger in this one"
+        for name, count, train in zip(names, counts, trains, strict=True)
+        if count
+    ]
 
 
 def stops_of_sensors(stops: Any, count: int) -> list[int | None]:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..impacts import Impacts
-from . import impact_columns as tables
+from . import _impact_columns as tables
+from ._impact_flags import CLIPPED
+from .impacts import Impacts
 
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
@@ -73,6 +74,7 @@ def combined_columns(
         place = np.array([stops[k] for k in at])
         which = place[np.argmax(strength[:, at], axis=1)]
         known["stop_index"] = np.where(seen[:, at].any(axis=1), which, -1)
+        known["flags"] = known["flags"] | (flags[:, at] & CLIPPED).max(axis=1)
     return known
 
 

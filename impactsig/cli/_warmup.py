@@ -49,6 +49,23 @@ def _force(folder: Path) -> None:
     analyse_to_page(record, folder / "page.html", unit="V", forcing_period=1 / 20.1)
 
 
+def _uncommon_force(_: Path) -> None:
+    """Pulses that the family of shapes misses, and some that touch: few records have any."""
+    from ..detect import detect_impacts
+    from ..recording import Recording
+
+    rng, u = np.random.default_rng(1), np.arange(40) / 40.0
+    half_sine = np.sin(np.pi * u)
+    samples = 1e-3 * rng.standard_normal(40_000)
+    for first in range(1000, 38_000, 1000):
+        if first % 4000:
+            samples[first : first + 40] += half_sine * (1.0 + 0.3 * np.sin(9.0 * u))
+        else:
+            samples[first : first + 40] += half_sine
+            samples[first + 34 : first + 74] += 0.8 * half_sine
+    detect_impacts(Recording(samples, 20_000.0, sensor="force"))
+
+
 def _sound(folder: Path) -> None:
     from ..report import analyse_to_page
     from ._commands import sample
@@ -140,6 +157,7 @@ def _control(_: Path) -> None:
 
 TASKS: dict[str, Callable[[Path], None]] = {
     "force": _force,
+    "uncommon force": _uncommon_force,
     "machines": _machines,
     "sound": _sound,
     "dynamics of intervals": _dynamics_of_intervals,

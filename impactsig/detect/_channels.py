@@ -63,6 +63,8 @@ def detect_channels(
     found = combine_impacts(trains, stops=stops)
     notes = [f"{name}: {note}" for name, train in zip(names, trains, strict=True)
              for note in train.notes]  # fmt: skip
+    said = {note for train in trains for note in train.notes}
+    notes += [note for note in found.impacts.notes if note not in said]
     if len(found.impacts):
         notes += [f"{name}: no impacts: {train.reason}"
                   for name, train in zip(names, trains, strict=True) if train.reason]  # fmt: skip

@@ -43,6 +43,8 @@ from .search.judging_kernels import (
 )
 from .search.span import NO_RUNS, Span
 from .search.spans import BESIDE, LEAST, Spans
+from .search.swing_kernels import bursts, follow_closely, swings_back
+from .search.width_kernels import RESPONSE, place
 from .signal.grid import Grid
 from .signal.stream import FRAME, Frame, Piece, frames
 
@@ -223,7 +225,7 @@ class _Search:
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             samples, origin = self._measure(k, events, group, again, rows)
-            marks, ends, swung, trailing = np.empty((4, len(rows)), np.bool_)
+            marks, ends, swung, trailing = np.zeros((4, len(rows)), np.bool_)
             if own_width(events, rows, grid.rungs.width, span.noise, marks):
                 self._measure(k, events, group, with_neighbors(marks), rows)
             if too_long(rows, judge.longest, marks):
@@ -234,9 +236,10 @@ class _Search:
                 if self._took_out(span, crests[marks]):
                     return self._report(k, segment)
                 rows[marks, 5] = NO_PULSE  # faint ones, which nothing was judged by
-            swings_back(samples, origin, dropouts, rows, swung)
-            tails(samples, origin, noise, rows, events, trailing)
-            if whole and bursts(samples, origin, span.sigma, rows, swung, marks):
+            if close := follow_closely(rows):
+                swings_back(samples, origin, dropouts, rows, swung)
+                tails(samples, origin, noise, rows, events, trailing)
+            if close and whole and bursts(samples, origin, span.sigma, rows, swung, marks):
                 span.bursts += _stretches(rows, marks)
                 if self._took_out(span, crests[marks]):
                     return self._report(k, segment)
@@ -302,13 +305,14 @@ class _Search:
         relative = self.wanted.relative
         level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
         chosen = np.empty(len(again), np.bool_)
-        with_partners(places, again, chosen)
+        in_pairs = with_partners(places, again, chosen)
         measure_all(
             samples, origin, self.total, places, chosen, sigma, before, after, level, relative, rows
         )
         limit = self.limit - self.factor * self.reference
         mark_clipped(span.values, span.first, self.reference, self.factor, limit, rows)
-        measure_pairs(samples, origin, places, chosen, sigma, level, relative, rows)
+        if in_pairs:
+            measure_pairs(samples, origin, places, chosen, sigma, level, relative, rows)
         rows[:, 7], rows[:, 8], rows[:, 9] = events[:, 1], events[:, 3], events[:, 2]
         return samples, origin
 

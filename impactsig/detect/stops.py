@@ -5,7 +5,8 @@ apart, and less its mean over the bands: what is left does not depend on how har
 Impacts of stops that sound different form clusters there: a mixture of Gaussian distributions with
 one covariance, fitted by expectation and maximisation in the three principal components. Chance
 makes clusters too, at up to 4.4 standard deviations from each other in trains of 60 to 300 impacts
-of one sound; sounds whose modes lie a tenth apart in frequency are 7 and more apart.
+of one sound; sounds whose modes lie a tenth apart in frequency are 7 and more apart. Where there
+are two, what faint ones of either sound like is then allowed for (`_kinds_by_strength.py`).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from .._showing import Shown
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..recording import Recording, chosen_channel
+from ._kinds_by_strength import kinds_by_strength
 
 LONGEST = 8e-3
 """Of a sound that is looked at [s]."""
@@ -127,7 +129,7 @@ def separate_stops(
     if len(impacts) < FEWEST:
         reason = f"{len(impacts)} impacts are too few: {FEWEST} are needed"
         return StopSeparation(_unknown(impacts), None, 0.0, reason)
-    colours = _colours(one, impacts.time)
+    colours, loudness = _colours(one, impacts.time)
     if not colours.any():
         reason = "the recording is silent at the impacts"
         return StopSeparation(_unknown(impacts), None, 0.0, reason)
@@ -135,8 +137,6 @@ def separate_stops(
     u, s, _ = np.linalg.svd(centred, full_matrices=False)
     places = (u * s)[:, :COMPONENTS]
     probability, distance = _two_clusters(places)
-    if probability[0, 0] < probability[0, 1]:
-        probability = probability[:, ::-1]
     least = probability.sum(axis=0).min()
     if distance < APART or least < max(0.05 * len(impacts), 2.0):
         reason = (
@@ -144,6 +144,9 @@ def separate_stops(
             f"deviations apart, {APART:g} are needed"
         )
         return StopSeparation(_unknown(impacts), None, distance, reason)
+    probability = kinds_by_strength(places, loudness, probability)
+    if probability[0, 0] < probability[0, 1]:
+        probability = probability[:, ::-1]
     assigned = replace(
         impacts,
         stop_index=np.argmax(probability, axis=1),
@@ -157,8 +160,8 @@ def _unknown(impacts: Impacts) -> Impacts:
     return replace(impacts, stop_index=None, stop_probability=None)
 
 
-def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
-    """Log power in each band minus its mean, shape (impacts, bands)."""
+def _colours(recording: Recording, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Log power in each band minus its mean, shape (impacts, bands), and that of all."""
     x, rate = _finite_samples(recording.samples), recording.rate
     count = max(int(LONGEST * rate), 8)
     size = 1 << math.ceil(math.log2(2 * count))
@@ -183,9 +186,10 @@ def _colours(recording: Recording, time: np.ndarray) -> np.ndarray:
     noise = np.median(powers(first - count - count // 4, fade[::-1]), axis=0)
     known = heard.mean(axis=0) > 0
     if not known.any():
-        return np.zeros((len(heard), 2))
+        return np.zeros((len(heard), 2)), np.zeros(len(heard))
     logs = np.log(heard[:, known] + FLOOR * noise[known] + 1e-12 * heard[:, known].mean())
-    return logs - logs.mean(axis=1, keepdims=True)
+    total = heard[:, known].sum(axis=1)
+    return logs - logs.mean(axis=1, keepdims=True), np.log(total + 1e-12 * total.mean())
 
 
 def _finite_samples(samples: np.ndarray) -> np.ndarray:

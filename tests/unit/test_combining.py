@@ -270,3 +270,22 @@ def test_a_sensor_without_errors_leaves_those_of_the_other():
         np.testing.assert_allclose(both.impacts.time_error[felt], 5e-6)
         assert np.all(np.isinf(both.impacts.time_error[~felt]))
         assert 5 < np.count_nonzero(~felt) < 60
+
+
+def test_a_clipped_sensor_is_said_and_leaves_the_stop_in_doubt():
+    left = Impacts.from_times([1.0, 1.7, 2.0], peak=[3.0, 0.2, 3.1])
+    right = replace(
+        Impacts.from_times([1.0, 1.7, 2.5], peak=[1.0, 1.0, 0.4]),
+        flags=np.array([CLIPPED, CLIPPED, 0], np.uint8),
+    )
+    both = combine_impacts([left, right], stops=[0, 1])
+    assert both.impacts.stop_index.tolist() == [0, 1, 0, 1]
+    # The first is stronger at the left as far as one can tell.
+    assert (both.impacts.flags & CLIPPED).tolist() == [CLIPPED, CLIPPED, 0, 0]
+    (note,) = both.impacts.notes
+    assert note.startswith("sensor 2 is clipped in 2 of its 3 impacts")
+    # Two ranges of one sensor: the peak of the one that is not clipped holds.
+    ranges = combine_impacts([left, right])
+    assert (ranges.impacts.flags & CLIPPED).tolist() == [0, CLIPPED, 0, 0]
+    assert ranges.impacts.notes == both.impacts.notes
+    assert combine_impacts([right]).impacts.notes == ()

@@ -152,7 +152,7 @@ def test_standard_error_of_an_instant_lies_between_its_bounds():
 def test_faint_impacts_are_measured_with_the_shape_of_clear_ones():
     # Feet of zero slope lie below the noise of a faint pulse: by itself it reads short by a
     # third of a contact, and begins late by three times its bound or more.
-    rows = errors("Hertzian", 50e3, 24, levels=(20.0, 40.0), count=150)
+    rows = errors("sine^1.5", 50e3, 24, levels=(20.0, 40.0), count=150)
     faint = [row for row in rows if row["level"] == 20]
     assert len(faint) > 50
     assert np.sqrt(np.mean([(row["time"] / row["bound"]) ** 2 for row in faint])) < 1.6

@@ -16,18 +16,20 @@ from impactsig.detect.pulses.shape._shared_shape_kernels import (
     estimate_shape,
     set_free,
 )
+from impactsig.detect.pulses.edges import FIT
+from impactsig.detect.pulses.fit_errors import KEPT, SQUARE
 
 CONTACT = LENGTH - SKEW
 
 
 def variance_used(level, error):
     """Variance of contacts that faint pulses are measured with, where level +- error is told."""
-    kept = np.zeros((8, KEPT))
-    kept[:, SQUARE : SQUARE + WIDER**2] = np.eye(WIDER).ravel()
+    rows = np.zeros((8, FIT + KEPT))
+    rows[:, FIT + SQUARE : FIT + SQUARE + WIDER**2] = np.eye(WIDER).ravel()
     told = np.zeros((2, SHAPES))
     told[:, CONTACT] = level * error**-2.0, error**-2.0
     about = np.stack([np.zeros(SHAPES), np.ones(SHAPES)])
-    fits = set_free(kept)
+    fits = set_free(rows, np.arange(8))
     before = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
     estimate_shape(fits, about, told, before, ROUNDS)
     known = fits.information[CONTACT, CONTACT, 0]

@@ -24,7 +24,7 @@ def mean_edge(touch, power, noise, seed=0):
 def test_touch_of_an_edge_of_any_power(power, touch):
     z = []
     for seed in range(10):
-        found, variance, steeper = read_touch(mean_edge(touch, power, 2e-3, seed), 1.0, 0.1)
+        found, variance, steeper = read_touch(mean_edge(touch, power, 2e-3, seed), 1.0, 0.0, 0.1)
         z.append((found - touch) / np.sqrt(variance))
         assert abs(found - touch) < 0.03
         assert steeper == pytest.approx(max(-np.log(power), 0.0), abs=0.1)
@@ -32,8 +32,8 @@ def test_touch_of_an_edge_of_any_power(power, touch):
 
 
 def test_touch_that_nothing_shows_is_where_it_is_expected():
-    found, variance, steeper = read_touch(np.zeros((STRETCHES, 3)), 1.0, 0.1)
-    assert found == steeper == 0.0
+    found, variance, steeper = read_touch(np.zeros((STRETCHES, 3)), 1.0, 0.02, 0.1)
+    assert (found, steeper) == (0.02, 0.0)
     assert variance == pytest.approx(0.01)
 
 
@@ -53,3 +53,14 @@ def test_contacts_of_fifteen_samples_are_told_to_a_tenth_of_one_by_many():
     off, stated = np.array([(row["contact_time"], row["contact_time_error"]) for row in rows]).T
     assert np.median(stated) < 0.11 / 50e3
     assert np.sqrt(np.mean((off / stated) ** 2)) < 1.25
+
+
+@pytest.mark.parametrize("law", ["Hertz", "square", "Hunt-Cr. .8"])
+def test_contacts_by_a_law_of_force_are_as_uncertain_as_they_are_off(law):
+    # Members of the family follow them within the noise, but begin before they do: contacts read
+    # 1 to 4 % long, by 1.5 to 5 of the errors stated.
+    rows = [row for seed in range(71, 75) for row in errors(law, 50e3, seed, count=60)]
+    for name in ("time", "contact_time"):
+        z = np.array([row[name] / row[f"{name}_error"] for row in rows])
+        assert 0.3 < np.sqrt(np.mean(z**2)) < 1.3
+    assert np.mean([row["contact_time"] for row in rows]) < 0.03e-3

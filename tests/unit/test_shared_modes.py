@@ -259,6 +259,18 @@ def test_sounds_without_modes_in_common_have_no_exponents():
     assert shared_exponents(noise, np.zeros(60), 0.0, RATE) == ([], [])
 
 
+def test_sounds_of_which_much_lies_beside_the_strong_modes_share_none():
+    rng = np.random.default_rng(12)
+    amplitude = rng.standard_normal((200, 2)) + 1j * rng.standard_normal((200, 2))
+    sounds = (amplitude @ np.exp(EXPONENTS[:, None] * np.arange(60))).real
+    sounds += 0.35 * rng.standard_normal(sounds.shape)
+    known, faint = 0.35**2, 0.4 * 0.35**2
+    choices, _ = shared_exponents(sounds, np.zeros(200), known, RATE)
+    np.testing.assert_allclose(np.sort(choices[0].imag), EXPONENTS.imag, atol=0.02)
+    # What the same noise is beyond that known is no mode, but a quarter of the energy.
+    assert shared_exponents(sounds, np.zeros(200), faint, RATE) == ([], [])
+
+
 def test_sounds_that_are_hardly_numbers_have_no_exponents():
     t = np.arange(60)
     sounds = np.tile(1e-161 * np.exp(EXPONENTS[:1] * t).real, (30, 1))

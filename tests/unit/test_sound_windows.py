@@ -9,9 +9,11 @@ import pytest
 
 from benchmarks.recordings import microphone
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound import _survey
-from impactsig.detect.sound._kernels import CHANGES, counting_as_one, extremes
-from impactsig.detect.sound._survey import Survey, cores_of, reaching, window_size
+from impactsig.detect.sound import _cores
+from impactsig.detect.sound._attack_kernels import counting_as_one
+from impactsig.detect.sound._core_kernels import CHANGES, extremes
+from impactsig.detect.sound._cores import cores_of, reaching, window_size
+from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
 from impactsig.detect.sound.sound import scale_at
 
@@ -22,7 +24,7 @@ def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
     x[33_000:98_000] *= 0.2  # noise of its own
     told = []
     for length in (1, 1 << 17):
-        monkeypatch.setattr(_survey, "LENGTH", length)
+        monkeypatch.setattr(_cores, "LENGTH", length)
         scale = scale_at(8000.0)
         survey = Survey(scale, 8000.0)
         for window in windows([Piece(0, x)], window_size(scale)):
@@ -33,8 +35,8 @@ def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
     (one, of_one), (more, of_more) = told
     assert len(of_one[0]) == 5
     assert len(of_more[0]) == 2
-    np.testing.assert_array_equal(one.noise, more.noise)
-    assert not np.array_equal(one.noise[0], one.noise[1])
+    np.testing.assert_array_equal(one.backgrounds.noise, more.backgrounds.noise)
+    assert not np.array_equal(one.backgrounds.noise[0], one.backgrounds.noise[1])
     for parts, wholes in zip(of_one, of_more, strict=True):
         np.testing.assert_array_equal(np.concatenate(parts), np.concatenate(wholes))
 

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from ..._compiling.compiled import kernel, njit
-from ..._trains.impact_flags import OPEN_END, OPEN_START
+from ..._compiled import allocating, kernel
+from ..._impact_flags import OPEN_END, OPEN_START
 from ..pulses.edges import ERRORS
 from ..signal.order_kernels import median_of
 
@@ -41,7 +41,7 @@ FEWEST, ENOUGH = 32, 1024
 itself, within these limits."""
 
 
-@njit(nogil=True)
+@allocating
 def find_dropouts(x, zero, held, out):
     """Bounds of the dropouts in x.
 
@@ -65,9 +65,14 @@ def find_dropouts(x, zero, held, out):
     longer = LEAST if share <= 0.0 else (np.inf if share >= 1.0 else RARE / math.log(share))
     # Some codes of a converter that is coarser than the noise are held for longer than others.
     coarse = 0.0 < share < 1.0 and share**LEAST * (1.0 - share) * len(x) > EXPECTED
-    some = x[:: max(1, len(x) // 1024)].copy()
+    stride = max(1, len(x) // 1024)
+    some = np.empty((len(x) + stride - 1) // stride)
+    for k in range(len(some)):
+        some[k] = x[k * stride]
     middle = median_of(some, len(some))
-    lowest, highest = x.min(), x.max()
+    lowest, highest = np.inf, -np.inf
+    for i in range(len(x)):
+        lowest, highest = min(lowest, x[i]), max(highest, x[i])
     silent = _silent(x, out[:count], noise)
     kept = 0
     for k in range(count):
@@ -188,7 +193,7 @@ def _live(x, runs):
     return total / pairs if noisy else 0.0, equal / pairs, least if least < np.inf else 0.0
 
 
-@njit(nogil=True)
+@allocating
 def fill(x, runs, before):
     """Replace the runs of x by straight lines; returns the last valid level.
 
@@ -212,7 +217,7 @@ def fill(x, runs, before):
     return level
 
 
-@njit(nogil=True)
+@kernel
 def _level(x, a, b, values):
     """Median of x over [a, b)."""
     for i in range(a, b):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import kernel, njit
+from ..._compiled import allocating, kernel, njit
 
 
 @kernel
@@ -88,7 +88,7 @@ def normal_equations(design, sums, counts, ridge, normal, right):
         normal[i, i] += ridge * trace / len(design)
 
 
-@njit(nogil=True)
+@allocating
 def take_off(x, block, count, turns, fit):
     """Subtract the lines from x in place.
 
@@ -102,7 +102,7 @@ def take_off(x, block, count, turns, fit):
     """
     lines = len(turns)
     cosine, sine = np.empty((lines, block)), np.empty((lines, block))
-    turn, phase = np.empty(lines, np.complex128), np.ones(lines, np.complex128)
+    turn, phase = np.empty(lines, np.complex128), np.empty(lines, np.complex128)
     for line in range(lines):
         omega = 2.0 * np.pi * turns[line]
         for i in range(block):

@@ -20,14 +20,6 @@ LONGEST_STEP = np.array(
 )
 
 
-class Seen(NamedTuple):
-    """The data of a fit; for one pulse also the typical log edge."""
-
-    points: np.ndarray
-    x: np.ndarray
-    log_edge: float
-
-
 class Fit(NamedTuple):
     """Result of a fit; for one pulse with its curve."""
 
@@ -66,31 +58,31 @@ def fit_pulse(points, x, log_edge, p):
     logarithm of a typical edge's length.
     """
     room = room_to_fit(len(points))
-    misfit, at = descend(False, Seen(points, x, log_edge), p, room)
+    misfit, at = descend(points, x, log_edge, p, room)
     return Fit(misfit, room.normals[at], room.curves[at])
 
 
 @allocating
 def fit_pair(points, x, p):
     """Fit two half-sines from `p`, in place; returns the residual variance over the noise's."""
-    return descend(True, Seen(points, x, 0.0), p, room_to_fit(0))[0]
+    return descend(points, x, None, p, room_to_fit(0))[0]
 
 
 @kernel
-def _cost(pair, p, seen, curve, normal):
+def _cost(points, x, log_edge, p, curve, normal):
     """Misfit, cost and normal equations of a model."""
-    if pair:
-        return pair_cost(p, seen.points, seen.x, normal)
-    return pulse_cost(p, seen.points, seen.x, seen.log_edge, curve, normal)
+    if log_edge is None:  # which numba asks while it compiles, and compiles one of both
+        return pair_cost(p, points, x, normal)
+    return pulse_cost(p, points, x, log_edge, curve, normal)
 
 
 @kernel
-def descend(pair, seen, p, room):
-    """Fit one pulse, or a `pair`: the misfit, and which place of the room has the result."""
-    n, longest = len(p), LONGEST_STEP[1 if pair else 0]
+def descend(points, x, log_edge, p, room):
+    """Fit one pulse, or two if `log_edge` is None: misfit, and where in the room the rest is."""
+    n, longest = len(p), LONGEST_STEP[1 if log_edge is None else 0]
     low, step, trial = room.low, room.step, room.trial
     now = 0
-    misfit, cost = _cost(pair, p, seen, room.curves[now], room.normals[now])
+    misfit, cost = _cost(points, x, log_edge, p, room.curves[now], room.normals[now])
     damping = 1e-2
     for _ in range(MOST):
         here = room.normals[now]
@@ -106,13 +98,14 @@ def descend(pair, seen, p, room):
                 promised += step[i] * here[i, WIDER]
             if promised * (1.0 + damping) < FOUND:
                 break
-            if not pair:
+            if log_edge is not None:
                 # The shape is linear in the length of the flat top, not in its logarithm.
                 step[FLAT] = math.log(max(1.0 + step[FLAT], 0.3))
             for i in range(n):
                 trial[i] = p[i] + min(max(step[i], -longest[i]), longest[i])
             other = 1 - now
-            new_misfit, new_cost = _cost(pair, trial, seen, room.curves[other], room.normals[other])
+            curve, normal = room.curves[other], room.normals[other]
+            new_misfit, new_cost = _cost(points, x, log_edge, trial, curve, normal)
             if new_cost < cost:
                 gain = cost - new_cost
                 for i in range(n):
@@ -127,4 +120,4 @@ def descend(pair, seen, p, room):
         damping = max(10.0 * damping, 0.01)
         if damping > 1e6:
             break
-    return misfit / len(seen.points), now
+    return misfit / len(points), now

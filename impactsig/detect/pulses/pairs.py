@@ -29,13 +29,17 @@ def _may_overlap(first, second):
 
 @kernel
 def with_partners(events, again, out):
-    """Mark the events to be measured again, together with their possible partners."""
+    """Mark the events to be measured again, with their possible partners; whether any has one."""
     for k in range(len(out)):
         out[k] = again[k]
     for k in range(1, len(out)):
         out[k] |= out[k - 1] and _may_overlap(events[k - 1], events[k])
+    any_pair = False
     for k in range(len(out) - 1, 0, -1):
-        out[k - 1] |= out[k] and _may_overlap(events[k - 1], events[k])
+        pair = out[k] and _may_overlap(events[k - 1], events[k])
+        out[k - 1] |= pair
+        any_pair |= pair
+    return any_pair
 
 
 @allocating

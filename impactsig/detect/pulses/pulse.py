@@ -27,7 +27,6 @@ from ._errors import (
 from ._extent import Place, extent_of, level_out, stands_out, summit
 from ._fit import Fit, descend, room_to_fit
 from ._fit import Room as FitRoom
-from ._fit import Seen as Series
 from ._model import MAX_POINTS, PARAMETERS, START, parts_of, put_parameters
 from .edges import ERRORS, FIT, NO_PULSE, SHARED, crest_at, crossing, integral, touch
 from .fit_errors import (
@@ -221,7 +220,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     sloping = rise + fall > SLOPING * flat
     put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
-    misfit, at = descend(False, Series(points, means, log_edge), p, room.fit)
+    misfit, at = descend(points, means, log_edge, p, room.fit)
     fit = Fit(misfit, room.fit.normals[at], room.fit.curves[at])
     parts = parts_of(p)
     length = parts.rise + parts.flat + parts.fall

@@ -43,6 +43,15 @@ class Window(NamedTuple):
     right: float
 
 
+class _Limits(NamedTuple):
+    """Of sums of squares that are left, in the noise's variance."""
+
+    rough: float  # by what counts as a half-sine
+    clear: float  # by one pulse that explains the samples
+    least: float  # more by one than by two, where there are two
+    chance: float
+
+
 @kernel
 def look_around(x, origin, centre, width, height, base, sigma, points, means):
     """Fill `points` and `means` with the surroundings of a crest, feet included.
@@ -108,6 +117,29 @@ def _pad(means, k, step, limit, pad, stop):
 
 
 @allocating
+def is_one_pulse(x, origin, centre, width, height, base, sigma):
+    """Whether a crest is near enough to a half-sine to be one pulse; most are, and need no fit."""
+    points, means = np.empty(8 * PER_WIDTH), np.empty(8 * PER_WIDTH)
+    seen = look_around(x, origin, centre, width, height, base, sigma, points, means)
+    return seen.points > 0 and _is_one(means[: seen.points], seen, _limits(seen, height))
+
+
+@kernel
+def _limits(seen, height):
+    n, relative = seen.points, height / seen.unit
+    chance = 2.0 * math.sqrt(2.0 * n)
+    rough = n * (NOISE + (ALIKE * relative) ** 2)
+    return _Limits(rough, n + chance, GAIN + n * (SHAPE * relative) ** 2, chance)
+
+
+@allocating
+def _is_one(means, seen, limits):
+    # Of what leaves less, two cannot leave so much less.
+    enough = max(limits.clear, limits.least)
+    return is_half_sine(means, seen.left, seen.right, limits.rough, enough)
+
+
+@allocating
 def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     """Whether a crest is that of two overlapping pulses; if so, fills `pair`.
 
@@ -127,15 +159,12 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     if n == 0:
         return MAYBE
     points, means = points[:n], means[:n]
-    relative = height / seen.unit
-    rough = n * (NOISE + (ALIKE * relative) ** 2)
-    chance = 2.0 * math.sqrt(2.0 * n)
-    least = GAIN + n * (SHAPE * relative) ** 2
-    # Of what leaves less, two cannot leave so much less.
-    if is_half_sine(means, seen.left, seen.right, rough, max(n + chance, least)):
+    limits = _limits(seen, height)
+    if _is_one(means, seen, limits):
         return NOT_TWO
+    least = limits.least
     left_by_one = _left_by_one(points, means, seen, False)
-    otherwise = NOT_TWO if left_by_one < n + chance else MAYBE
+    otherwise = NOT_TWO if left_by_one < limits.clear else MAYBE
     p = pair[:PAIR]
     # Two leave nothing at best.
     if left_by_one < least or not begin_pair(points, means, seen.left, seen.right, p):
@@ -146,7 +175,7 @@ def two_pulses(x, origin, centre, width, height, base, sigma, pair):
     left_by_one = min(left_by_one, _left_by_one(points, means, seen, True))
     if left_by_one - left_by_two < least:
         return otherwise
-    if left_by_two - n > (left_by_one - n) / BETTER + chance:
+    if left_by_two - n > (left_by_one - n) / BETTER + limits.chance:
         return otherwise
     to_samples(p, seen)
     pair[PAIR] = seen.level

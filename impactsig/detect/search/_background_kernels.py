@@ -78,11 +78,12 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
     """
     n = len(x)
     live = n
-    for a, b in dropouts:
-        live -= b - a
+    for d in range(len(dropouts)):
+        live -= dropouts[d, 1] - dropouts[d, 0]
     if live == 0:
-        mask[:] = 1
-        sums[:], counts[:] = 0.0, 0.0
+        _mark(mask, 0, n)
+        for k in range(len(sums)):
+            sums[k] = counts[k] = 0.0
         return least, 0, 0
     stride = max(1, live // 2048)
     values = np.empty(n // stride + 1)
@@ -127,15 +128,14 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
         runs += longest >= SEVERAL
         grow = 1 + min(3 * (j - i) // 5, widest)
         lo, hi = max(0, i - grow), min(n, j + grow)
-        for m in range(lo, i):
-            mask[m] = 1
+        _mark(mask, lo, i)
         m = j
         while m < hi and not mask[m]:
             mask[m] = 1
             m += 1
         i = next_marked(mask, m)
-    for a, b in dropouts:
-        mask[a:b] = 1
+    for d in range(len(dropouts)):
+        _mark(mask, dropouts[d, 0], min(dropouts[d, 1], n))
     for k in range(len(sums)):
         part, marks = x[k * block : (k + 1) * block], mask[k * block : (k + 1) * block]
         total, kept = 0.0, 0
@@ -147,6 +147,21 @@ def outlying(x, medians, chunk, widest, least, dropouts, mask, block, sums, coun
         counts[k] = kept
     _outlying_blocks(mask, block, sums, counts)
     return sigma, alone, runs
+
+
+@kernel
+def _mark(mask, a, b):
+    """Mark samples [a, b)."""
+    for i in range(a, b):
+        mask[i] = 1
+
+
+@kernel
+def _all_marked(mask, a, b):
+    """Whether samples [a, b) are marked."""
+    while a < b and mask[a]:
+        a += 1
+    return a == b
 
 
 @kernel
@@ -185,13 +200,13 @@ def _outlying_blocks(mask, block, sums, counts):
             continue
         if abs(sums[k]) > limit * counts[k] * math.sqrt(block / counts[k]):
             for m in range(max(k - 1, until), min(k + 2, len(sums))):
-                mask[m * block : (m + 1) * block] = 1
+                _mark(mask, m * block, min((m + 1) * block, len(mask)))
             until = k + 2
     for k in range(len(sums)):
         if (
             mask[k * block]
             and mask[(k + 1) * block - 1]
-            and mask[k * block : (k + 1) * block].all()
+            and _all_marked(mask, k * block, min((k + 1) * block, len(mask)))
         ):
             sums[k], counts[k] = 0.0, 0
 

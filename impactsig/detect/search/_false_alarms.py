@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import njit
+from ..._compiled import kernel
 from ..signal.probability import excursions
 
 LEAST_SIGMA = 5.0
@@ -14,7 +14,6 @@ FALSE_SHARE = 0.0005
 """of the impacts found."""
 
 
-@njit(nogil=True)
 def discovery_level(
     responses: np.ndarray, widths: float, seconds: float, least: float = LEAST_SIGMA
 ) -> float:
@@ -34,17 +33,23 @@ def discovery_level(
     seconds : float
         How long it is.
     """
-    lowest = _level(widths, seconds, least)
+    lowest = _level(float(widths), float(seconds), least)
     ordered = np.sort(responses[(responses >= least) & (responses < lowest)])[::-1]
-    rank = np.count_nonzero(responses >= lowest)
-    for u in ordered:
+    higher = int(np.count_nonzero(responses >= lowest))
+    return _lowered(np.ascontiguousarray(ordered), higher, float(widths), lowest)
+
+
+@kernel
+def _lowered(ordered: np.ndarray, rank: int, widths: float, lowest: float) -> float:
+    """The level, with descending responses below it, above which are `rank`."""
+    for k in range(len(ordered)):
         rank += 1
-        if widths * excursions(u) <= FALSE_SHARE * rank:
-            lowest = u
+        if widths * excursions(ordered[k]) <= FALSE_SHARE * rank:
+            lowest = ordered[k]
     return lowest
 
 
-@njit(nogil=True)
+@kernel
 def _level(widths: float, seconds: float, least: float) -> float:
     """The lowest level with FALSE_RATE exceedances per second."""
     rare = FALSE_RATE * seconds / max(widths, 1.0)

@@ -233,9 +233,10 @@ def crests_on(x, origin, total, first, last, level, rungs, thresholds, out, foun
         reach = max(reach, rungs.far[j] + rungs.unit[j])
     sums = np.empty(STRIDE + 2 * reach + 2)
     y = np.empty(STRIDE)
-    inside = np.zeros(count, np.bool_)
-    greatest, valley = np.zeros(count), np.zeros(count)
-    at = np.zeros(count, np.int64)
+    inside, at = np.empty(count, np.bool_), np.empty(count, np.int64)
+    greatest, valley = np.empty(count), np.empty(count)
+    for k in range(count):
+        inside[k], at[k], greatest[k], valley[k] = False, 0, 0.0, 0.0
     # Crests at the border belong to the side on which they are highest.
     start = max(first - rungs.unit[beyond - 1], 0)
     end = min(last + rungs.unit[beyond - 1], total)

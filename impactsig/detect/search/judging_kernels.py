@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import kernel, njit
-from ..._numerics.spread import DEVIATION_BY_MEDIAN
-from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..._compiled import allocating, kernel
+from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..._spread import DEVIATION_BY_MEDIAN
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import quantile
@@ -39,7 +39,6 @@ def alike(width, usual):
     return abs(np.log(width / usual)) < UNLIKE
 
 
-@njit(nogil=True)
 def levels(near, samples, seconds):
     """Usual height of the events of some seconds, and the height of certain ones.
 
@@ -50,16 +49,22 @@ def levels(near, samples, seconds):
     clear = near[near[:, 3] >= 2 * LEAST_SIGMA]
     if len(clear) == 0:
         clear = near
-    usual = quantile(clear[:, 1], 0.5) if len(clear) else 1.0
+    usual = quantile(clear[:, 1].copy(), 0.5) if len(clear) else 1.0
     like = np.zeros(len(near), np.bool_)
     if len(clear) >= SEVERAL:
-        for k in range(len(near)):
-            like[k] = alike(near[k, 1], usual)
+        _mark_alike(near, usual, like)
     level_else = discovery_level(near[~like, 3], 2.0 * samples, seconds)
     level = level_else
     if like.any():
         level = min(level, discovery_level(near[like, 3], 4.0 * samples / usual, seconds))
-    return usual, quantile(clear[:, 2], 0.97), level, level_else
+    return usual, quantile(clear[:, 2].copy(), 0.97), level, level_else
+
+
+@kernel
+def _mark_alike(events, usual, out):
+    """Mark the events of about the usual width."""
+    for k in range(len(events)):
+        out[k] = alike(events[k, 1], usual)
 
 
 @kernel
@@ -165,13 +170,11 @@ def own_width(events, rows, widths, noise, changed):
     return count > 0
 
 
-@njit(nogil=True)
 def with_neighbors(marked):
     """Extend a mask to the neighbours of its marked entries."""
     out = marked.copy()
-    for k in range(1, len(marked)):
-        out[k] |= marked[k - 1]
-        out[k - 1] |= marked[k]
+    out[1:] |= marked[:-1]
+    out[:-1] |= marked[1:]
     return out
 
 
@@ -188,7 +191,7 @@ def bounds(group, first, last, total):
     return before, after
 
 
-@njit(nogil=True)
+@allocating
 def draw_together(events, group):
     """Average the widths of events with those around them, by their uncertainties.
 
@@ -197,12 +200,19 @@ def draw_together(events, group):
     """
     if len(group) == 0:
         return
-    logs = np.log(group[:, 1])
-    clear = logs[group[:, 3] > 2 * LEAST_SIGMA]
-    if len(clear) < 5:
-        clear = logs
-    middle = quantile(clear, 0.5)
-    spread = max(0.05, DEVIATION_BY_MEDIAN * quantile(np.abs(clear - middle), 0.5))
+    logs = np.empty(len(group))
+    for least in (2 * LEAST_SIGMA, -np.inf):  # the clear ones, or, of few, all
+        count = 0
+        for k in range(len(group)):
+            if group[k, 3] > least:
+                logs[count] = np.log(group[k, 1])
+                count += 1
+        if count >= 5:
+            break
+    middle = quantile(logs[:count], 0.5)
+    for k in range(count):
+        logs[k] = abs(logs[k] - middle)
+    spread = max(0.05, DEVIATION_BY_MEDIAN * quantile(logs[:count], 0.5))
     for k in range(len(events)):
         own, error = np.log(events[k, 1]), 4.0 / events[k, 3]
         if abs(own - middle) < 3 * np.hypot(spread, error):
@@ -210,14 +220,11 @@ def draw_together(events, group):
             events[k, 1] = np.exp(weight * own + (1 - weight) * middle)
 
 
-@njit(nogil=True)
 def worst(bad, sure):
     """The bad events that are less certain than bad ones beside them."""
     out = bad.copy()
-    for k in range(len(bad)):
-        for beside in (k - 1, k + 1):
-            if 0 <= beside < len(bad) and bad[beside] and sure[k] > sure[beside]:
-                out[k] = False
+    out[1:] &= ~(bad[:-1] & (sure[1:] > sure[:-1]))
+    out[:-1] &= ~(bad[1:] & (sure[:-1] > sure[1:]))
     return out
 
 
@@ -263,14 +270,11 @@ def ringing(events, near, out):
                 break
 
 
-@njit(nogil=True)
 def measured_ringing(rows, near):
     """Mark measured pulses that ring, by their contact times."""
     events, out = np.empty((len(rows), 3)), np.empty(len(rows), np.bool_)
-    for k in range(len(rows)):
-        events[k, 0] = rows[k, 0] + 0.5 * rows[k, 1]
-        events[k, 1] = MATCH * rows[k, 1]
-        events[k, 2] = rows[k, 2]
+    events[:, 0] = rows[:, 0] + 0.5 * rows[:, 1]
+    events[:, 1], events[:, 2] = MATCH * rows[:, 1], rows[:, 2]
     ringing(events, near, out)
     return out
 

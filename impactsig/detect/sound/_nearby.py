@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP, as_high_near, greatest_about, ranked_between
+from ._kernels import GROUP
+from ._nearby_kernels import as_high_near, greatest_about, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer

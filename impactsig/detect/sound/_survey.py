@@ -1,34 +1,33 @@
 """First pass over a sound record: rises of its power, in octaves and narrow bands.
 
 Frames wait until all that lies within four seconds after them has been seen, for the background is
-read from both sides. CORE frames share one noise, and a window holds one or more of these cores.
-What is kept of the whole record is small: a rise in narrow bands for every 16 frames, a sample of
-the rise in octaves, and the crests of the latter.
+read from both sides (`_cores.py`). What is kept of the whole record is small: a rise in narrow
+bands for every 16 frames, a sample of the rise in octaves, and the crests of the latter.
 """
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
+from ._band_kernels import band_growth, band_rise, group_means
+from ._bands import Bands, Spectrum, bands_at, degrees_of_freedom
+from ._cores import PART, PER, Backgrounds, Core, Levels, reaching
+from ._gate import Gate
 from ._kernels import (
     BLOCK,
     EDGE,
     GROUP,
     Scale,
     both_sides,
-    crests,
-    extremes,
     loudness,
     octave_powers,
     octave_rise,
     part_means,
 )
-from ._nearby import middle
+from ._nearby_kernels import crests
 from ._rise_kernels import DEEPEST, LOCAL, STEP
 from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
@@ -38,16 +37,11 @@ from .powers.bands import ROUNDING, Bands, Spectrum, bands_at, degrees_of_freedo
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.gate import Gate
 
-CORE = 64 * BLOCK  # frames that share one noise
-LENGTH = 1 << 17  # samples of a window, unless a core is longer
-PER = BLOCK // GROUP  # frames of the narrow bands that share one background
-PART = 8  # frames of the octaves that share one power that the background is read from
 SAMPLED = 16  # frames of the octaves, one of which is kept
 LAG = 10e-3  # [s], over which narrow bands rise
 LATER = 17e-3  # [s] after which it is asked whether they go on to rise
 RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, of which that is asked
 LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
-TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 
@@ -69,16 +63,6 @@ class Passage:
     silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
 
 
-class Core(NamedTuple):
-    """What is known of the samples of CORE frames, or fewer at the end of a segment."""
-
-    blocks: int
-    least: float
-    greatest: float
-    resolution: float  # of the numbers that hold the samples
-    step: float  # least difference of two samples in a row; infinite if there is none
-
-
 @dataclass
 class Slab:
     """Powers of a window of the record, until its background is known."""
@@ -90,23 +74,13 @@ class Slab:
     octaves: np.ndarray  # powers of frames, from `left` before the first on
     left: int
     frames: int
-    parts: np.ndarray  # (octaves, PARTs in whole BLOCKs), mean powers
-    parts_sound: np.ndarray  # those that digital silence does not touch
-    levels: np.ndarray  # (octaves, BLOCKs), mean powers
     low: np.ndarray  # powers of the octaves below those
     long_parts: np.ndarray  # (octaves, LONG_PARTs), mean powers of both
-    low_levels: np.ndarray  # (low octaves, BLOCKs), mean powers
     power: np.ndarray  # (bands, GROUPs)
     closes: np.ndarray  # GROUPs where a gate closes
     known: np.ndarray  # those whose windows lie in the segment
-    means: np.ndarray  # (bands, BLOCKs)
-    means_sound: np.ndarray
     silent: np.ndarray  # (GROUPs,)
-    cores: list[Core]
-
-    @property
-    def blocks(self) -> int:
-        return self.means.shape[1]
+    levels: Levels
 
 
 @dataclass
@@ -119,6 +93,7 @@ class Survey:
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
     rises: Rises = field(init=False)
+    backgrounds: Backgrounds = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
     lag: int = field(init=False)
@@ -126,22 +101,13 @@ class Survey:
     begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
-    noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each window
     slabs: list[Slab] = field(default_factory=list)
     done: int = 0  # of the slabs
-    below_step: int = 0  # slabs whose noise the converter does not resolve
-    gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
-    middle_gain: float = field(init=False)  # their median
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
     scratch: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))  # of the octaves
     sides: np.ndarray = field(default_factory=lambda: np.empty((2, 0, 0)))  # powers after, before
-
-    @property
-    def unresolved(self) -> bool:
-        """Whether the noise is mostly weaker than a quantisation step."""
-        return self.below_step > 0.5 * len(self.noise)
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -150,9 +116,8 @@ class Survey:
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
         self.rises = Rises(scale)
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.rises.level_bias)
         self.weights = octave_weights(scale)
-        self.gains = white_gains(scale)
-        self.middle_gain = middle(self.gains)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
         self.lag = max(round(LAG * self.rate / hop), 1)
@@ -163,17 +128,14 @@ class Survey:
         margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
         left, right = (max(own, low) for own, low in zip(margin, self.rises.margin, strict=True))
         self.margin = -(-left // DEEPEST) * DEEPEST, right
-        block = BLOCK * scale.hop / self.rate
-        self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
-        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
-        self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, hop, PER))
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
     def add(self, window: Window, cores: list[Core]) -> None:
         """Add the next window of the record, with its `cores_of`."""
+        within = self.backgrounds.within
         self.slabs.append(self._slab(window, cores))
-        while sum(slab.blocks for slab in self.slabs[self.done + 1 :]) >= self.within:
+        while sum(slab.levels.blocks for slab in self.slabs[self.done + 1 :]) >= within:
             self._settle()
 
     def finish(self) -> None:
@@ -221,7 +183,8 @@ class Survey:
         long_parts = long_parts[:, ::2] + long_parts[:, 1::2]
         long_parts = 0.25 * (long_parts[:, ::2] + long_parts[:, 1::2])
         low_levels = np.empty((len(low), blocks))
-        both = np.append(heard, np.zeros(groups % 2, bool)).reshape(-1, 2).all(axis=1)
+        both = np.zeros(-(-groups // 2), np.bool_)
+        np.logical_and(heard[: groups - 1 : 2], heard[1::2], out=both[: groups // 2])
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
@@ -235,25 +198,21 @@ class Survey:
             continued,
             left,
             count,
-            parts,
-            counted,
-            levels,
             low,
             np.concatenate((long_parts, low_parts)),
-            low_levels,
             *self.gate.narrow(fine, left * hop),
             known,
-            means,
-            sounding,
             silent[2 : groups + 2],
-            cores,
+            Levels(parts, counted, levels, low_levels, means, sounding, cores),
         )
 
     def _settle(self) -> None:
         """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
-        begin, end = reaching([one.blocks for one in self.slabs], self.done, self.within)
-        octaves, low, bands = self._backgrounds(self.slabs[begin:end], self.done - begin)
+        levels = [one.levels for one in self.slabs]
+        blocks = [one.blocks for one in levels]
+        begin, end = reaching(blocks, self.done, self.backgrounds.within)
+        octaves, low, bands = self.backgrounds.of(levels[begin:end], self.done - begin)
         if self.sides.shape[2] != slab.frames:
             self.sides = np.empty((2, self.scale.octaves, slab.frames))
         after, before = self.sides
@@ -322,49 +281,6 @@ class Survey:
         out[frames] = grown
         return out
 
-    def _backgrounds(self, beside: list[Slab], which: int) -> list[np.ndarray]:
-        """Of octaves and of narrow bands, in the blocks of one of these slabs."""
-        parts, octaves, low, bands = (
-            np.concatenate([getattr(slab, name) for slab in beside], axis=1)
-            for name in ("parts", "levels", "low_levels", "means")
-        )
-        parts_sound, sound = (
-            np.concatenate([getattr(slab, name) for slab in beside])
-            for name in ("parts_sound", "means_sound")
-        )
-        cores = [core for slab in beside for core in slab.cores]
-        blocks = [core.blocks for core in cores]
-        first = sum(len(slab.cores) for slab in beside[:which])
-        at, count = sum(blocks[:first]), len(beside[which].cores)
-        noises = [np.empty((len(means), count)) for means in (octaves, low, bands)]
-        begin = at
-        for k in range(count):
-            begins, ends = reaching(blocks, first + k, self.within)
-            _, least, greatest, resolution, step = zip(*cores[begins:ends], strict=True)
-            toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
-            size = max(-min(least), max(greatest))
-            rounding = (max(resolution) * size) ** 2
-            end = begin + blocks[first + k]
-            near = slice(max(begin - self.within, 0), end + self.within)
-            begin = end
-            near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
-            noise = noise_power(parts[:, near_parts], parts_sound[near_parts], self.part_bias)
-            self.noise.append(noise)
-            self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
-            noise = np.maximum(noise, toggling * self.gains)
-            noises[0][:, k] = np.maximum(noise, rounding)
-            noise = noise_power(low[:, near], sound[near], self.rises.level_bias)
-            # White noise of rounding or of a step is about as strong in the next octaves.
-            noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
-            noise = noise_power(bands[:, near], sound[near], self.mean_bias)
-            leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
-            noises[2][:, k] = np.maximum(noise, leakage)
-        out = []
-        for noise, means in zip(noises, (octaves, low, bands), strict=True):
-            out.append(np.empty((len(noise), beside[which].blocks)))
-            background(noise, CORE // BLOCK, means, at, self.nearby, out[-1])
-        return out
-
     def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
         """That after frames of the slab whose `sides` are known."""
         out = np.empty(len(frames))
@@ -393,56 +309,7 @@ class Survey:
             self.tail_loud = self._loudness(background, end)
 
 
-def window_size(scale: Scale) -> int:
-    """Samples of a window, in whole cores."""
-    return max(LENGTH // (CORE * scale.hop), 1) * CORE * scale.hop
-
-
-def cores_of(samples: np.ndarray, hop: int) -> list[Core]:
-    """The cores of a window."""
-    resolution, out = resolution_of(samples.dtype), []
-    for k in range(0, len(samples), CORE * hop):
-        part = samples[k : k + CORE * hop]
-        least, greatest, step = extremes(part)
-        out.append(Core(-(-len(part) // (BLOCK * hop)), least, greatest, resolution, step))
-    return out
-
-
-def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
-    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
-    begin, end, before, after = which, which + 1, 0, 0
-    while begin > 0 and before < within:
-        begin -= 1
-        before += blocks[begin]
-    while end < len(blocks) and after < within:
-        after += blocks[end]
-        end += 1
-    return begin, end
-
-
 def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
     return weights / weights.sum()
-
-
-@functools.cache
-def resolution_of(kind: np.dtype) -> float:
-    """Relative resolution of numbers of a kind; 0 for integers."""
-    return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
-
-
-@functools.lru_cache(maxsize=8)
-def white_gains(scale: Scale) -> np.ndarray:
-    """Power of each octave for white noise of power 1."""
-    half = EDGE * scale.hop
-    impulse = np.zeros(2 * half)
-    gains = np.zeros(scale.octaves)
-    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
-    power = np.empty((scale.octaves, 1))
-    for shift in range(scale.hop):
-        impulse[:] = 0.0
-        impulse[half + shift] = 1.0
-        octave_powers(impulse, scale.octaves, even, odd, high, power)
-        gains += power[:, 0] * 2 * half / scale.hop
-    return gains

@@ -52,16 +52,17 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
+from ._attack_kernels import measure
+from ._calibrated import calibrated
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
-from ._kernels import GROUP, Scale, measure
-from ._survey import Survey, cores_of, window_size
-from ._windows import windows
-from .deciding.calibrated import calibrated
-from .deciding.decision import LATER, SOONER, candidates
-from .deciding.doubt import EVEN, Doubt
-from .deciding.notes import (
+from ._cores import cores_of, window_size
+from ._decision import LATER, SOONER, candidates
+from ._doubt import EVEN, Doubt
+from ._kernels import GROUP, Scale
+from ._memory import keep_memory
+from ._notes import (
     click_notes,
     converter_notes,
     crowd_notes,
@@ -70,7 +71,9 @@ from .deciding.notes import (
     swell_notes,
     voice_notes,
 )
-from .deciding.swells import are_gradual, crowds, most_odds, sharpness
+from ._survey import Survey
+from ._swells import crowds, most_odds, sharpness
+from ._windows import windows
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 
@@ -135,6 +138,7 @@ def detect_sound(
     little beside it to compare.
     """
     parse_probability(least_probability)
+    keep_memory()
     scale = scale_at(rate)
     gathered = surveyed(pieces, rate, scale)
     power = math.frexp(gathered.limits.size)[1]
@@ -202,7 +206,8 @@ def search(
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
-    noise = noise_rms(np.median(survey.noise, axis=0), survey.gains)
+    backgrounds = survey.backgrounds
+    noise = noise_rms(np.median(backgrounds.noise, axis=0), backgrounds.gains)
     doubt = Doubt()
     chosen, likeliest, left_out = choose(survey, least_probability, rate, doubt)
     lengths = sound_lengths(rate, scale)
@@ -230,7 +235,7 @@ def search(
         lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
         sharp.append(np.full((2, len(places)), np.nan))
         dense = crowded[window.segment][here]
-        if are_gradual(np.sqrt(out[dense, 3]), rate):
+        if dense.any():
             lags = scale.long_lag, scale.slope
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         modes.add(x, valid, out[:, 0])
@@ -254,8 +259,12 @@ def search(
     within = np.abs(np.nan_to_num(by_modes.shift)) <= lengths.far
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
-    error = np.where(alike, wave_error, by_modes.error)
-    by_attack = np.hypot(attack_errors(columns), rate * np.concatenate(spreads))
+    spread = rate * np.concatenate(spreads)
+    by_attack = np.hypot(attack_errors(columns), spread)
+    # Where noise hides an attack, modes are now and then those of the noise beside the sound.
+    hidden = np.hypot(np.sqrt(columns[:, 3]), spread)
+    astray = np.minimum(hidden, hidden**3 / (0.5 * scale.reach) ** 2)
+    error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
     error = np.where(instant == columns[:, 0], by_attack, error)
     # What may be no impact may as well begin anywhere within reach of where it was found.
     error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))

@@ -14,11 +14,14 @@ def window_scores(cycles, low, high, centre, first, step, width, share, scores):
     The score is the sum over harmonics h of share[h - 1] |sum_j w_j exp(2 pi i h (1 + r) t_j)|^2
     over sqrt(sum w^2 sum w), with t_j counted from the window's centre.
     """
-    most = max((high - low).max(), 1)
+    most = 1
+    for k in range(len(low)):
+        most = max(most, high[k] - low[k])
     weight, work = np.empty(most), np.empty((6, most))
     for k in range(len(centre)):
+        for r in range(scores.shape[1]):
+            scores[k, r] = 0.0
         if high[k] - low[k] < 2:
-            scores[k, :] = 0.0
             continue
         since = cycles[low[k] : high[k]] - centre[k]
         squares = total = 0.0
@@ -26,9 +29,10 @@ def window_scores(cycles, low, high, centre, first, step, width, share, scores):
             weight[j] = np.exp(-0.5 * (since[j] / width) ** 2)
             squares += weight[j] * weight[j]
             total += weight[j]
-        scores[k, :] = 0.0
         _add_powers(since, weight, 1 + first, step, share, scores[k], work)
-        scores[k, :] /= np.sqrt(squares * total)
+        size = np.sqrt(squares * total)
+        for r in range(scores.shape[1]):
+            scores[k, r] /= size
 
 
 @allocating

@@ -92,7 +92,10 @@ def peel(phase, fold, width, least):
                 first, last = low, high
         if last - first < least:
             break
-        middle = ring[first:last].mean() % fold
+        total = 0.0
+        for k in range(first, last):
+            total += ring[k]
+        middle = total / (last - first) % fold
         centre[found] = middle
         found += 1
         kept = 0
@@ -101,7 +104,20 @@ def peel(phase, fold, width, least):
                 phase[kept] = phase[k]
                 kept += 1
         n = kept
-    return np.sort(centre[:found])
+    centre = centre[:found]
+    _put_in_order(centre)
+    return centre
+
+
+@kernel
+def _put_in_order(values):
+    """Sort a few values in place; numba takes half a second to compile `numpy.sort`."""
+    for k in range(1, len(values)):
+        value, at = values[k], k
+        while at > 0 and values[at - 1] > value:
+            values[at] = values[at - 1]
+            at -= 1
+        values[at] = value
 
 
 @kernel
@@ -185,7 +201,8 @@ def settle(cycles, fold, gaps, floor, widest, least, centre, width):
             if hit[k]:
                 along += (offset[k] - mean[slot[k]]) * (cycles[k] - middle)
                 across += (cycles[k] - middle) ** 2
-        centre = np.sort((centre + mean)[strong] % fold)
+        centre = (centre + mean)[strong] % fold
+        _put_in_order(centre)
         width = min(max(jitter, floor), widest)
         slope = along / max(across, 1e-300)
         for k in range(n):

@@ -228,14 +228,22 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
     m, scales = len(tree.points), len(weights)
     begin, end, low, high = tree.begin, tree.end, tree.low, tree.high
     columns = weights.shape[1]
-    negative = (-LOG2_E * weights).astype(np.float32)
-    reaches = np.empty(scales)
+    negative, reaches = np.empty((scales, columns), np.float32), np.empty(scales)
     for s in range(scales):
-        reaches[s] = NEGLIGIBLE / weights[s].min()
+        least = weights[s, 0]
+        for d in range(columns):
+            negative[s, d] = -LOG2_E * weights[s, d]
+            least = min(least, weights[s, d])
+        reaches[s] = NEGLIGIBLE / least
     lanes, line = np.empty((m, LANES)), np.empty((m, LANES))
     lanes_32, line_32 = np.empty((m, LANES), np.float32), np.empty((m, LANES), np.float32)
     middle = np.empty(m)
-    near_in_time = np.full(int(tree.times.max() / max(theiler, 1.0)) + 3, -1)
+    latest = 0.0
+    for i in range(len(tree.times)):
+        latest = max(latest, tree.times[i])
+    near_in_time = np.empty(int(latest / max(theiler, 1.0)) + 3, np.int64)
+    for i in range(len(near_in_time)):
+        near_in_time[i] = -1
     size = LANES * LANES
     squares, exponents = np.empty((columns, size), np.float32), np.empty(size, np.float32)
     powers, doubling = np.empty(size, np.float32), columns == 1
@@ -252,14 +260,19 @@ def kernel_sums(tree: Leaves, part, parts, theiler, weights, sums):
         for d in range(m):
             middle[d] = (low[leaf, d] + high[leaf, d]) / 2
             extent += (high[leaf, d] - low[leaf, d]) ** 2
-        lanes[:, many:] = np.inf
+        for d in range(m):
+            for j in range(many, LANES):
+                lanes[d, j] = np.inf
         _from_middle(tree.points, start, end[leaf], middle, lanes)
         for d in range(len(lanes)):
             for j in range(lanes.shape[1]):
                 lanes_32[d, j] = lanes[d, j]
         own = tree.times[start : start + many]
         _mark(own, theiler, leaf, near_in_time)
-        added[:] = 0
+        for b in range(len(sums)):
+            for s in range(scales):
+                for j in range(LANES):
+                    added[b, s, j] = 0
         for k in range(_partners(tree, leaf, reaches, near, firsts, nodes)):
             first, last = begin[near[k]], end[near[k]]
             if extent > SINGLE * reaches[firsts[k]]:

@@ -8,10 +8,11 @@ from ..._compiling.compiled import njit
 
 
 @njit(nogil=True)
-def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, linear):
+def forecasts(x, references, rank, dimension, delay, horizons, neighbors, theiler, linear):
     """Predictions from the nearest vectors of each delay vector, shape (h, references).
 
-    `references` are the places in time, ascending, of the vectors and their futures.
+    `references` are the places in time, ascending, of the vectors and their futures; `rank` sorts
+    them by x there, and leaves equal ones as they are.
 
     Vectors are sorted by their first coordinate. Those within a radius of the reference in it are
     measured (by the largest difference of a coordinate) in loops without a branch, which compile to
@@ -20,8 +21,9 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
     """
     span = (dimension - 1) * delay
     count = len(references)
-    rank = np.argsort(x[references], kind="mergesort")
-    order = references[rank]
+    order = np.empty(count, np.int64)
+    for k in range(count):
+        order[k] = references[rank[k]]
     columns = np.empty((dimension, count))
     for c in range(dimension):
         for k in range(count):
@@ -40,8 +42,8 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
     for place in range(count):
         i = order[place]
         while True:
-            low = np.searchsorted(first, first[place] - radius)
-            high = np.searchsorted(first, first[place] + radius, side="right")
+            low = _number_below(first, first[place] - radius, False)
+            high = _number_below(first, first[place] + radius, True)
             off = apart[: high - low]
             _measure(columns, place, low, off)
             bound = np.inf if high - low == count else radius
@@ -90,6 +92,19 @@ def forecasts(x, references, dimension, delay, horizons, neighbors, theiler, lin
                 centre,
             )
     return found
+
+
+@njit(nogil=True)
+def _number_below(values, limit, or_equal):
+    """How many of ascending values are less than a limit, or equal to it."""
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < limit or (or_equal and values[middle] == limit):
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @njit(nogil=True)

@@ -158,8 +158,10 @@ def prediction_error(
 
     fixed = values.view()
     fixed.flags.writeable = False  # as some arrays come: for others it would be compiled again
+    rank = np.argsort(values[references], kind="stable")
+    linear = predictor == "linear"
     found = forecasts(
-        fixed, references, dimension, delay, horizons, neighbors, window, predictor == "linear"
+        fixed, references, rank, dimension, delay, horizons, neighbors, window, linear
     )
     target = values[references + reach - horizons.max() + horizons[:, None]]
     spread = target.std(axis=1)

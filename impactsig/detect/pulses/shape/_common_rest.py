@@ -234,29 +234,45 @@ def _rest_at(u, parts, rest):
     return rest[b] + (at - b) * (rest[b + 1] - rest[b])
 
 
-@allocating
-def linearize_anew(rows, alike, x, origin, rest, missed, room):
-    """Make pulses linear about what they are taken for now.
-
-    If they are `missed` by the family, with the `rest` of their shape, and with the slope of both.
-    """
-    normal = room.normal
+@kernel
+def linearize_anew(rows, alike, x, origin, room):
+    """Make pulses linear about what they are taken for now."""
     for j in alike:
-        kept = rows[j, FIT:]
-        p = kept[ESTIMATE : ESTIMATE + WIDER]
-        for m in range(WIDER):
-            p[m] = kept[NOW + m]
-        p[POWERS] = 0.0
+        p = rows[j, FIT + ESTIMATE : FIT + ESTIMATE + WIDER]
+        _put_taken(rows[j], p)
         count, per = _samples(rows[j], x, origin, room)
-        if missed:
-            _linearize_missed(p, count, rest, room)
-        else:
-            linearize(p, room.points[:count], room.means[:count], room.curve, normal)
-        noise = max((kept[NOISE] / kept[SCALE]) ** 2 / per, 1.0)
-        for m in range(WIDER):
-            kept[SCORE + m] = normal[m, WIDER] / noise
-            for k in range(WIDER):
-                kept[SQUARE + m * WIDER + k] = normal[max(m, k), min(m, k)] / noise
+        linearize(p, room.points[:count], room.means[:count], room.curve, room.normal)
+        _keep(rows[j], per, room.normal)
+
+
+@kernel
+def linearize_with(rows, alike, x, origin, rest, room):
+    """The same where the family misses them, with the rest of their shape and the slope of both."""
+    for j in alike:
+        p = rows[j, FIT + ESTIMATE : FIT + ESTIMATE + WIDER]
+        _put_taken(rows[j], p)
+        count, per = _samples(rows[j], x, origin, room)
+        _linearize_missed(p, count, rest, room)
+        _keep(rows[j], per, room.normal)
+
+
+@kernel
+def _put_taken(row, p):
+    """Put the parameters of what a pulse is taken for now, in the family, into p."""
+    for m in range(WIDER):
+        p[m] = row[FIT + NOW + m]
+    p[POWERS] = 0.0
+
+
+@kernel
+def _keep(row, per, normal):
+    """Keep the normal equations of a pulse."""
+    kept = row[FIT:]
+    noise = max((kept[NOISE] / kept[SCALE]) ** 2 / per, 1.0)
+    for m in range(WIDER):
+        kept[SCORE + m] = normal[m, WIDER] / noise
+        for k in range(WIDER):
+            kept[SQUARE + m * WIDER + k] = normal[max(m, k), min(m, k)] / noise
 
 
 @kernel

@@ -27,10 +27,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiling.compiled import allocating, kernel, njit
-from .._model import FLAT, SKEW, WIDER
-from .._small_matrices import factor, invert, solve
-from ..fit_errors import ESTIMATE, SCORE, SQUARE
+from ..._compiled import allocating, kernel, njit
+from ._model import FLAT, SKEW, WIDER
+from ._small_matrices import factor, invert, solve
+from .edges import FIT
+from .fit_errors import ESTIMATE, SCORE, SQUARE
 
 SHAPES = WIDER - SKEW
 ROUNDS, AGAIN = 8, 4
@@ -71,9 +72,9 @@ class Shape(NamedTuple):
 
 
 @allocating
-def set_free(kept):
-    """The fits, of what is kept of each, with shapes freed from height and start."""
-    n, s = len(kept), SHAPES
+def set_free(rows, alike):
+    """The fits of some rows, with shapes freed from height and start."""
+    n, s = len(alike), SHAPES
     fits = Fits(
         np.empty((SKEW, SKEW, n)),
         np.empty((SKEW, n)),
@@ -86,12 +87,13 @@ def set_free(kept):
     )
     square, score = np.empty((WIDER, WIDER)), np.empty(WIDER)
     for i in range(n):
-        flat = np.exp(kept[i, ESTIMATE + FLAT])
+        kept = rows[alike[i], FIT:]
+        flat = np.exp(kept[ESTIMATE + FLAT])
         longer = 1.0 + BRIEF / flat
         for m in range(WIDER):
-            score[m] = kept[i, SCORE + m] * (longer if m == FLAT else 1.0)
+            score[m] = kept[SCORE + m] * (longer if m == FLAT else 1.0)
             for k in range(WIDER):
-                square[m, k] = kept[i, SQUARE + m * WIDER + k]
+                square[m, k] = kept[SQUARE + m * WIDER + k]
         for m in range(WIDER):
             square[FLAT, m] *= longer
             square[m, FLAT] *= longer
@@ -108,7 +110,7 @@ def set_free(kept):
                     own[m, 0, i] * square[0, SKEW + a] + own[m, 1, i] * square[1, SKEW + a]
                 )
         for a in range(s):
-            fits.shape[a, i] = kept[i, ESTIMATE + SKEW + a]
+            fits.shape[a, i] = kept[ESTIMATE + SKEW + a]
             fits.score[a, i] = (
                 score[SKEW + a]
                 - square[SKEW + a, 0] * pull[0, i]

@@ -7,7 +7,7 @@ the fall. With s = v - v0 beyond the touch v0, the mean edge is taken as
     a s^q (1 + b s + c s^2)
 
 up to LEVEL of the height, with normal priors on ln a, ln q, b and c about the fitted edge, and on
-v0 about 0: a maximum a posteriori, by the method of Levenberg and Marquardt.
+v0 about where it is expected: a maximum a posteriori, by the method of Levenberg and Marquardt.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ABOUT = np.array([0.0, 0.5, 0.3, 0.5, 0.7])
 """Standard deviations of v0, which is given, ln a, ln q, b and c."""
 ROUNDS, ENOUGH = 30, 1e-3
 """Steps at most, and a gain that ends them."""
-BEGINS, FARTHEST = (0.0, -1.0, 1.0), 0.1
+BEGINS, FARTHEST = (0.0, -1.0, 1.0), 0.25
 """Where the touch is looked for first, in what it is expected to be off, and no farther [edges]."""
 STEEPEST, LONGEST = 30.0, 0.3
 """Slope [heights an edge], which has no bound where q < 1, and step in one parameter."""
@@ -155,8 +155,8 @@ def _descend(p, seen, room):
 
 
 @allocating
-def read_touch(edge, power, spread):
-    """How far from 0 the touch of a mean edge lies, and the variance of that [edges].
+def read_touch(edge, power, expected, spread):
+    """Where the touch of a mean edge lies from that of the fitted one, and the variance [edges].
 
     And by how much the logarithm of its power is less than that of the fitted edge.
 
@@ -166,8 +166,8 @@ def read_touch(edge, power, spread):
         As `add_edges` fills it.
     power : float
         Of the fitted edge.
-    spread : float
-        Standard deviation of the touch about 0 that is expected.
+    expected, spread : float
+        Where the touch is expected, and the standard deviation about that.
     """
     end = 2.0 / math.pi * math.asin(LEVEL ** (1.0 / power))
     v, y, w = np.empty(STRETCHES), np.empty(STRETCHES), np.empty(STRETCHES)
@@ -180,6 +180,7 @@ def read_touch(edge, power, spread):
     about = np.zeros((2, TERMS))
     about[0, 1], about[0, 2] = power * math.log(0.5 * math.pi), math.log(power)
     about[0, 4] = -0.4 * power
+    about[0, 0] = expected
     about[1, :] = ABOUT
     about[1, 0] = spread
     seen = (about, v[:count], y[:count], w[:count])
@@ -192,7 +193,7 @@ def read_touch(edge, power, spread):
     for begin in BEGINS:
         for i in range(TERMS):
             p[i] = about[0, i]
-        p[0] = begin * min(spread, FARTHEST)
+        p[0] = expected + begin * min(spread, FARTHEST)
         misfit, cost = _descend(p, seen, room)
         if cost < least:
             for i in range(TERMS):

@@ -14,11 +14,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._compiling.compiled import allocating, kernel
-from ...signal.order_kernels import centre_of
-from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
-from ..edges import ERRORS, FIT, SHARED
-from ..fit_errors import (
+from ..._compiled import allocating, kernel
+from ..signal.order_kernels import centre_of
+from ._common_rest import (
+    common_rest,
+    is_clear,
+    linearize_anew,
+    linearize_with,
+    make_room,
+)
+from ._misfit import allow_for_unseen, correct_misfit, what_is_left
+from ._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
+from ._shared_shape_kernels import (
+    AGAIN,
+    APART,
+    BRIEF,
+    ROUNDS,
+    SHAPES,
+    Shape,
+    estimate_shape,
+    set_free,
+    variance_along,
+)
+from .edges import ERRORS, FIT, SHARED
+from .fit_errors import (
     BESIDE,
     EDGE,
     ESTIMATE,
@@ -80,7 +99,6 @@ def nothing_told() -> np.ndarray:
     return np.zeros((2, SHAPES))
 
 
-@allocating
 def share_shape(rows, x, origin, timed, told):
     """Measure the pulses of `rows` again, in place, by their shared shape.
 
@@ -95,15 +113,33 @@ def share_shape(rows, x, origin, timed, told):
     told : array (2, SHAPES)
         What the spans before tell of the spread of shapes; this one is added, in place.
     """
+    missed, *found = _share_family(rows, x, origin, timed, told)
+    if missed:  # few records need it, and it takes long to compile
+        _share_missed(rows, x, origin, timed, told, *found)
+
+
+@allocating
+def _share_family(rows, x, origin, timed, told):
+    """Measure pulses by a shape of the family.
+
+    Returns
+    -------
+    (whether it misses them, whether the rest of their shape shows, whether they are steep, what is
+    left of them, those alike, the clear ones, where their shape is expected, its mean and spread,
+    what this span adds to `told`)
+    """
     alike = _alike(rows)
     clear = _clear(rows, alike)
     left = what_is_left(rows, alike)
     missed, steep = left > 0.0, _are_steep(rows, alike)
     hidden = 0.0
     shown = missed and len(clear) >= LEAST and not steep
-    rest, room = np.zeros(BINS), make_room()
+    about, learnt = np.empty((2, SHAPES)), told.copy()
+    for m in range(SHAPES):
+        about[0, m], about[1, m] = ABOUT[m], APART[m]
+    mean, spread = about[0], about[1]
     if len(alike) >= LEAST:
-        about, edges = np.stack((ABOUT, APART)), np.empty(len(alike))
+        edges = np.empty(len(alike))
         for i in range(len(alike)):
             edges[i] = rows[alike[i], FIT + EDGE]
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
@@ -112,33 +148,61 @@ def share_shape(rows, x, origin, timed, told):
         shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
         if not missed and not steep:
-            linearize_anew(rows, alike, x, origin, rest, False, room)
+            room = make_room()
+            linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
             if len(clear) >= LEAST:
                 _, left, hidden = common_rest(rows, clear, x, origin, room)
                 missed = left > 0.0
                 shown = missed
+        mean, spread, learnt = shape.mean, shape.spread, shape.told
+    if not missed:
+        _learn(learnt, told)
+        allow_for_unseen(rows, alike, hidden, timed)
+    return missed, shown, steep, left, alike, clear, about, mean, spread, learnt
+
+
+@allocating
+def _share_missed(
+    rows, x, origin, timed, told, shown, steep, left, alike, clear, about, mean, spread, learnt
+):
+    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`."""
+    room = make_room()
+    if len(alike) >= LEAST:
+        shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
+            about[0, POWER - SKEW] = _held(shape.mean)
+            before = np.empty(len(clear))
             for _ in range(CLEAR_ROUNDS):
                 rest = common_rest(rows, clear, x, origin, room)[0]
-                linearize_anew(rows, clear, x, origin, rest, True, room)
-                before = rows[clear, 0]
+                linearize_with(rows, clear, x, origin, rest, room)
+                for i in range(len(clear)):
+                    before[i] = rows[clear[i], 0]
                 shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
-                if (np.abs(rows[clear, 0] - before) < STAYS * rows[clear, ERRORS]).all():
+                still = True
+                for i in range(len(clear)):
+                    row = rows[clear[i]]
+                    still &= abs(row[0] - before[i]) < STAYS * row[ERRORS]
+                if still:
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
-                linearize_anew(rows, alike, x, origin, rest, True, room)
+                linearize_with(rows, alike, x, origin, rest, room)
                 shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
-        elif missed and not steep:
-            linearize_anew(rows, alike, x, origin, rest, False, room)
+        elif not steep:
+            linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
-        told[:] = shape.told
-    if missed:
-        rest = common_rest(rows, clear, x, origin, room)[0]
-        correct_misfit(rows, alike, x, origin, left, rest, timed)
-    else:
-        allow_for_unseen(rows, alike, hidden, timed)
+        _learn(shape.told, told)
+    rest, held, _ = common_rest(rows, clear, x, origin, room)
+    correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, timed)
+
+
+@kernel
+def _learn(learnt, told):
+    """Add what a span tells of the spread of shapes."""
+    for k in range(2):
+        for m in range(SHAPES):
+            told[k, m] = learnt[k, m]
 
 
 @allocating
@@ -174,6 +238,17 @@ def _clear(rows, alike):
 
 
 @kernel
+def _held(mean):
+    """Power at which the edges of the family are held while the rest of the shape is sought.
+
+    That of soft edges is as fitted; a steep foot would bind an instant to a sample, and where there
+    is a flat top its corners are taken for softness.
+    """
+    flat = max(BRIEF * (math.exp(mean[FLAT - SKEW]) - 1.0), 0.0)
+    return max(mean[POWER - SKEW], 0.0) * max(1.0 - flat, 0.0)
+
+
+@kernel
 def _are_steep(rows, alike):
     """Whether pulses have a long flat top and hardly a sample on their edges."""
     edges = flat = 0.0
@@ -194,7 +269,7 @@ def _is_fitted(row):
 def _share(rows, alike, timed, alone, about, told, before, rounds):
     """Estimate the shape that pulses share, and measure them by it; `alone`, with its error."""
     count = len(alike)
-    fits = set_free(rows[alike, FIT:])
+    fits = set_free(rows, alike)
     shape = estimate_shape(fits, about, told, before, rounds)
     work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
     for i in range(count):

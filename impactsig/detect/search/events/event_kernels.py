@@ -10,12 +10,13 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import allocating, kernel
-from ...signal.ladder import HALF_SINE_GAIN, MATCH
-from ...signal.order_kernels import put_in_order, select
-from .._response_kernels import CREST, parts, running_sums
-from ._parting_kernels import parted
-from .width_kernels import EVENT, LEAST, best_width, noise_of, put, room_for
+from ..._compiled import allocating, kernel
+from ..pulses.touching_kernels import is_one_pulse
+from ..signal.ladder import HALF_SINE_GAIN, MATCH
+from ..signal.order_kernels import put_in_order, select
+from ._response_kernels import CREST, parts, running_sums
+from .parting_kernels import parted
+from .width_kernels import EVENT, LEAST, RESPONSE, best_width, noise_of, put, room_for
 
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
 AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
@@ -86,7 +87,6 @@ def _tied(values, order):
     return same > 0
 
 
-@allocating
 def find_events(here, crests, order, widest, out):
     """Events whose crests lie in a stretch, in order of time.
 
@@ -106,13 +106,27 @@ def find_events(here, crests, order, widest, out):
     int
         How many there are.
     """
+    events, unclear = np.empty((len(out), EVENT)), np.empty(len(out), np.bool_)
+    found, count = _find(here, crests, order, widest, events, unclear, out)
+    if count < 0:  # few records need it, and what it takes to part events takes long to compile
+        count = _part_and_choose(here, events[:found], unclear, out)
+    return count
+
+
+@allocating
+def _find(here, crests, order, widest, events, unclear, out):
+    """Put events with their best widths into `events`, and those that remain into `out`.
+
+    Returns how many there are of either, or -1 for the latter where events are `unclear`: they may
+    have to be parted.
+    """
     x, origin, total = here.x, here.origin, here.total
     noise = noise_of(here)
     chosen = np.empty(len(crests), np.int64)
     kept = _leading(crests, order, noise.widths, chosen)
-    events = np.empty((len(out), EVENT))
-    found = 0
+    found = doubts = 0
     event = np.empty(EVENT)
+    sigma = noise.sigma[0] / RESPONSE
     greatest = 0.0
     for k in range(kept):
         greatest = max(greatest, noise.widths[int(crests[chosen[k], 1])])
@@ -124,12 +138,39 @@ def find_events(here, crests, order, widest, out):
         narrowest = 1.0 if width <= 2.0 else width / 1.6
         good = best_width(x, origin, total, centre, narrowest, WIDER * width, noise, sums, event)
         if good and found < len(events):
-            if event[1] <= widest and event[1] >= 4.0:
-                found += parted(x, origin, total, event, noise, events[found:])
-            else:
-                put(event, events, found)
-                found += 1
-    events = events[:found]
+            unclear[found] = 4.0 <= event[1] <= widest and not is_one_pulse(
+                x, origin, event[0], event[1], event[2], event[4], sigma
+            )
+            doubts += unclear[found]
+            put(event, events, found)
+            found += 1
+    if doubts:
+        return found, -1
+    return found, _choose(x, origin, total, events[:found], out)
+
+
+@allocating
+def _part_and_choose(here, events, unclear, out):
+    """Part the unclear events, and put those that remain into `out`; returns how many there are."""
+    x, origin, total = here.x, here.origin, here.total
+    noise = noise_of(here)
+    every = np.empty((len(out), EVENT))
+    found = 0
+    for k in range(len(events)):
+        if found == len(every):
+            break
+        if unclear[k]:
+            found += parted(x, origin, total, events[k], noise, every[found:])
+        else:
+            put(events[k], every, found)
+            found += 1
+    return _choose(x, origin, total, every[:found], out)
+
+
+@allocating
+def _choose(x, origin, total, events, out):
+    """Put the events that stand out, and that no stronger one overlaps, into `out`, by time."""
+    found = len(events)
     for k in range(found):
         if events[k, 3] < CLEAR:
             events[k, 3] = min(events[k, 3], _among(x, origin, total, events[k]))

@@ -40,6 +40,18 @@ HIGHER = 3.0
 """Times the mean of a burst: a pulse in it."""
 
 
+def follow_closely(rows):
+    """Whether any measured pulse follows another closely enough to be its ringing or its tail.
+
+    Or both to be crests of a burst. Where none does, there is nothing to look for.
+    """
+    pulses = rows[rows[:, 5] != NO_PULSE]
+    if len(pulses) < 2:
+        return False
+    gaps = pulses[1:, 0] - pulses[:-1, 0] - pulses[:-1, 1]
+    return not (gaps > FAR * pulses[:, 1].max()).all()
+
+
 @allocating
 def swings_back(x, origin, dropouts, rows, out):
     """Mark measured pulses that follow another pulse and a trough: ringing.

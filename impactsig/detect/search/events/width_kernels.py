@@ -36,8 +36,13 @@ class Noise(NamedTuple):
 @allocating
 def noise_of(here):
     """Noise of the responses in a stretch."""
-    known = np.full(2 * here.rungs.width[-1], np.nan)
-    return Noise(here.rungs.width.astype(np.float64), here.noise, known)
+    width = here.rungs.width
+    widths, known = np.empty(len(width)), np.empty(2 * width[-1])
+    for j in range(len(width)):
+        widths[j] = width[j]
+    for k in range(len(known)):
+        known[k] = np.nan
+    return Noise(widths, here.noise, known)
 
 
 @kernel
@@ -121,10 +126,14 @@ def place(here, events, white, out):
     """
     noise = noise_of(here)
     event = np.empty(EVENT)
-    colours = noise.sigma / (noise.sigma[0] * white)
+    colours = np.empty(len(white))
+    for j in range(len(white)):
+        colours[j] = noise.sigma[j] / (noise.sigma[0] * white[j])
+    widest = 0.0
     for k in range(len(events)):
-        events[k, 1] = max(np.round(events[k, 1]), 1.0)
-    sums = np.empty(room_for(events[:, 1].max() if len(events) else 0.0))
+        events[k, 1] = max(float(round(events[k, 1])), 1.0)
+        widest = max(widest, events[k, 1])
+    sums = np.empty(room_for(widest))
     for k in range(len(events)):
         width, room = events[k, 1], np.inf
         for m in (k - 1, k + 1):

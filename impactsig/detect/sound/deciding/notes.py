@@ -16,7 +16,7 @@ EXACT, MOST, TRAIN = 0.3e-3, 0.5, 50  # [s], share of the intervals, and impacts
 
 def converter_notes(survey: Survey) -> tuple[str, ...]:
     """A note if the converter does not resolve the noise."""
-    if not survey.unresolved:
+    if not survey.backgrounds.unresolved:
         return ()
     return (
         "The noise is weaker than a step of the converter, so sounds of less than a step are "
@@ -79,7 +79,7 @@ def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
 
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if much of the record is repeated digital silence."""
-    if survey.unresolved:
+    if survey.backgrounds.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
     share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples

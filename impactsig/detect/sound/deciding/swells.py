@@ -9,26 +9,27 @@ milliseconds after the attack, and r the samples in a millisecond,
 is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
 rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
 those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
-R - 0.5, with R the median of the second logarithm, the log-odds of each are no more than 4 (e - 1).
-Low tones in noise hardly show in innovations: they have an R of 0.2 to 0.6.
-
-It is asked for only where the median attack is uncertain by 60 us and half a sample.
+R / 2 - 0.45, with R the median of the second logarithm, the log-odds of each are no more than
+4 (e - 1). Low tones in noise and dense impacts that ring into each other hardly show in
+innovations: they have an R of 0.2 to 1. Clear impacts behind a filter that smears them, whose e may
+be 0 as well, have an R of 9 and more, swellings of up to 7.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 
-from .._nearby import ranked
+from ._nearby import ranked
+from ._swell_kernels import powers_beside
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
 SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
-SWELLS, HIDDEN = 0.2, 0.5  # e of no impact, and R that hardly shows
-GRADUAL = 60e-6, 0.5  # [s], [samples], median error of attacks
+SWELLS = 0.2  # e of no impact
+SHOWS, HIDDEN = 0.5, 0.45  # and share of R that bounds e where little shows in innovations
+STEEP = 7.5  # R of no swelling
 SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each neper more
 
 
@@ -36,11 +37,6 @@ def crowds(instant: np.ndarray) -> np.ndarray:
     """Which of the instants [s], in order, have a CROWD about them."""
     first, last = np.searchsorted(instant, (instant - WITHIN, instant + WITHIN))
     return np.asarray(last - first > CROWD)
-
-
-def are_gradual(error: np.ndarray, rate: float) -> bool:
-    """Whether attacks of these errors [samples] may be those of noise that swells."""
-    return bool(len(error)) and float(np.median(error)) > GRADUAL[0] * rate + GRADUAL[1]
 
 
 def sharpness(
@@ -51,17 +47,12 @@ def sharpness(
     `attack` are places between samples of x, `lag` and `slope` are those of the innovations.
     """
     near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
-    earlier = lag + slope
-    at = np.ceil(attack).astype(np.int64)[:, None] + np.arange(-far - earlier, far)
-    y = x[np.clip(at, valid[0], valid[1] - 1)].astype(float)
-    share = lag / slope
-    y = y[:, earlier:] - (1.0 + share) * y[:, slope:-lag] + share * y[:, :-earlier]
-    np.square(y, out=y)
-    least = np.finfo(float).eps * y.mean() + np.finfo(float).tiny
-    ends = 0, far - near, far, far + near, 2 * far
-    slow, before, after, on = (
-        np.log(y[:, first:last].mean(axis=1) + least) for first, last in itertools.pairwise(ends)
-    )
+    power = np.empty((4, len(attack)))
+    powers_beside(x, attack, valid, (near, far), (lag, slope), power)
+    inside = near / far
+    mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
+    least = np.finfo(float).eps * mean + np.finfo(float).tiny
+    slow, before, after, on = np.log(power + least)
     rise = on - slow
     chance = SELECTED + SCATTER / math.sqrt(AT_ONCE * rate)
     return after - before - SHARE * np.maximum(rise, 0.0) - chance, rise
@@ -79,7 +70,7 @@ def most_odds(
     pool = known & likely
     first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
     middle = (last - first) // 2
-    most = np.minimum(ranked(rise[pool], first, last, middle) - HIDDEN, SWELLS)
-    gradual = ranked(sharp[pool], first, last, middle) < most
-    swells = known & (last - first > CROWD) & gradual
+    slow = ranked(rise[pool], first, last, middle)
+    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)
+    swells = known & (last - first > CROWD) & gradual & (slow < STEEP)
     return np.where(swells, SLOPE * (sharp - SHARP), np.inf)

@@ -84,31 +84,36 @@ def to_single(x, faintest, out):
 
 @allocating
 def add_powers(
-    single, hop, window, passes, turn, half_turn, place, rows, square,
+    single, hop, window, passes, turn, half_turn, place, columns, rows, square,
     scale, first, width, weights, power,
 ):  # fmt: skip
     """Set power[b, i] to the power of band b in frame i, times the scale.
 
     Parameters
     ----------
-    single : samples; the frames begin `hop` apart
+    single : samples; the frames begin `hop` apart, a whole number of these is there
     passes : radices of the passes
     turn, half_turn : cosines and sines of the frequencies of half a frame, and of a frame
     place : order of the frequencies after the passes
-    rows, square : (2, M * 2 LANES) and ((M + 1) LANES,), scratch
+    columns, rows, square : (hop * (LANES + (N - 1) // hop),), (2, M * 2 LANES) and
+        ((M + 1) LANES,), scratch
     first, width, weights : of the coefficients that each band sums
     """
     for at in range(0, power.shape[1], LANES):
-        power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square)
+        power_spectra(
+            single, hop, window, at, passes, turn, half_turn, place, columns, rows, square
+        )  # fmt: skip
         add_bands(square, scale, first, width, weights, at, power)
 
 
 @allocating
-def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows, square):
+def power_spectra(
+    single, hop, window, at, passes, turn, half_turn, place, columns, rows, square
+):  # fmt: skip
     """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean."""
     x, y = rows[0], rows[1]
     count = len(place)
-    _load(single, np.uint64(hop), window, np.uint64(at * hop), x)
+    _load(single, hop, window, at * hop, columns, x)
     past = 1
     for radix in passes:
         if radix == 2:
@@ -127,7 +132,10 @@ def power_spectra(single, hop, window, at, passes, turn, half_turn, place, rows,
         p, q = _LANES * np.uint64(k), _LANES * np.uint64(count - k)
         # A Hann window spreads the weighted mean over two coefficients.
         mean = _HALF if k == 1 else np.float32(0.0)
-        _squares(x, a, b, first, mean, half_turn[0, k], half_turn[1, k], square, p, q)
+        _squares(
+            x[a : a + _ROW], x[b : b + _ROW], x[first : first + _ROW], mean,
+            half_turn[0, k], half_turn[1, k], square[p : p + _LANES], square[q : q + _LANES],
+        )  # fmt: skip
     last = _LANES * np.uint64(count)
     for f in range(_NONE, _LANES):
         difference = x[first + f] - x[first + _LANES + f]
@@ -156,15 +164,23 @@ def add_bands(square, scale, first, width, weights, at, power):
 
 
 @allocating
-def _load(single, hop, window, begin, x):
-    for n in range(len(window) // 2):
-        row = _ROW * np.uint64(n)
-        even, odd = window[2 * n], window[2 * n + 1]
-        i = begin + _TWO * np.uint64(n)
-        j = i + np.uint64(1)
+def _load(single, hop, window, begin, columns, x):
+    """Windowed samples of LANES frames from sample `begin` on, those of a place side by side.
+
+    Where windows overlap, frames share what is `hop` apart: each `columns` of these is gathered
+    once.
+    """
+    wide = LANES + (len(window) - 1) // hop
+    stride = np.uint64(wide)
+    for m in range(wide):
+        part, column = single[begin + m * hop : begin + (m + 1) * hop], columns[m:]
+        for r in range(np.uint64(hop)):
+            column[r * stride] = part[r]
+    for n in range(len(window)):
+        weight, first = window[n], n % hop * wide + n // hop
+        some, row = columns[first : first + LANES], x[n * LANES : (n + 1) * LANES]
         for f in range(_NONE, _LANES):
-            x[row + f] = even * single[i + f * hop]
-            x[row + _LANES + f] = odd * single[j + f * hop]
+            row[f] = weight * some[f]
 
 
 @allocating
@@ -172,16 +188,20 @@ def _pass_of_two(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 2)
     for p in range(count // 2):
         k = p // past * past
-        c1, s1 = turn[0, k], turn[1, k]
         a, o = _ROW * np.uint64(p), _ROW * np.uint64(2 * p)
         b = a + far
-        for f in range(_NONE, _LANES):
-            ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], x[b + _LANES + f]
-            y[o + f] = ar + br
-            y[o + _LANES + f] = ai + bi
-            real, imag = ar - br, ai - bi
-            y[o + _ROW + f] = real * c1 - imag * s1
-            y[o + _ROW + _LANES + f] = real * s1 + imag * c1
+        _two(x[a : a + _ROW], x[b : b + _ROW], turn[0, k], turn[1, k], y[o : o + _TWO * _ROW])
+
+
+@allocating
+def _two(a, b, c1, s1, y):
+    for f in range(_NONE, _LANES):
+        ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
+        y[f] = ar + br
+        y[_LANES + f] = ai + bi
+        real, imag = ar - br, ai - bi
+        y[_ROW + f] = real * c1 - imag * s1
+        y[_ROW + _LANES + f] = real * s1 + imag * c1
 
 
 @allocating
@@ -189,24 +209,31 @@ def _pass_of_three(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 3)
     for p in range(count // 3):
         k = p // past * past
-        c1, s1, c2, s2 = turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k]
         a, o = _ROW * np.uint64(p), _ROW * np.uint64(3 * p)
         b = a + far
         c = b + far
-        for f in range(_NONE, _LANES):
-            ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], x[b + _LANES + f]
-            cr, ci = x[c + f], x[c + _LANES + f]
-            sum_r, sum_i = br + cr, bi + ci
-            y[o + f] = ar + sum_r
-            y[o + _LANES + f] = ai + sum_i
-            mid_r, mid_i = ar - _HALF * sum_r, ai - _HALF * sum_i
-            turn_r, turn_i = _SINE_3 * (bi - ci), _SINE_3 * (cr - br)
-            real, imag = mid_r + turn_r, mid_i + turn_i
-            y[o + _ROW + f] = real * c1 - imag * s1
-            y[o + _ROW + _LANES + f] = real * s1 + imag * c1
-            real, imag = mid_r - turn_r, mid_i - turn_i
-            y[o + _TWO * _ROW + f] = real * c2 - imag * s2
-            y[o + _TWO * _ROW + _LANES + f] = real * s2 + imag * c2
+        _three(
+            x[a : a + _ROW], x[b : b + _ROW], x[c : c + _ROW],
+            turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k], y[o : o + _THREE * _ROW],
+        )  # fmt: skip
+
+
+@allocating
+def _three(a, b, c, c1, s1, c2, s2, y):
+    for f in range(_NONE, _LANES):
+        ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
+        cr, ci = c[f], c[_LANES + f]
+        sum_r, sum_i = br + cr, bi + ci
+        y[f] = ar + sum_r
+        y[_LANES + f] = ai + sum_i
+        mid_r, mid_i = ar - _HALF * sum_r, ai - _HALF * sum_i
+        turn_r, turn_i = _SINE_3 * (bi - ci), _SINE_3 * (cr - br)
+        real, imag = mid_r + turn_r, mid_i + turn_i
+        y[_ROW + f] = real * c1 - imag * s1
+        y[_ROW + _LANES + f] = real * s1 + imag * c1
+        real, imag = mid_r - turn_r, mid_i - turn_i
+        y[_TWO * _ROW + f] = real * c2 - imag * s2
+        y[_TWO * _ROW + _LANES + f] = real * s2 + imag * c2
 
 
 @allocating
@@ -281,18 +308,19 @@ def _pass_of_five(x, count, past, turn, y):
 
 
 @allocating
-def _squares(x, a, b, first, mean, c, s, square, p, q):
-    """Powers of coefficients k and M - k from rows a and b, those of frequencies k and M - k.
+def _squares(one, other, zero, mean, c, s, square, square_other):
+    """Powers of coefficients k and M - k from the rows of these frequencies.
 
-    The sum of the row `first`, the coefficient 0, is added `mean` times to the coefficient k.
+    The sum of the row of frequency 0, the coefficient 0, is added `mean` times to the coefficient
+    k. The rows are handed in as such: of indices into one array, this loop is not in vector lanes.
     """
     for f in range(_NONE, _LANES):
-        ar, ai, br, bi = x[a + f], x[a + _LANES + f], x[b + f], -x[b + _LANES + f]
+        ar, ai, br, bi = one[f], one[_LANES + f], other[f], -other[_LANES + f]
         even_r, even_i = _HALF * (ar + br), _HALF * (ai + bi)
         odd_r, odd_i = _HALF * (ai - bi), _HALF * (br - ar)
         turn_r, turn_i = odd_r * c - odd_i * s, odd_r * s + odd_i * c
-        real = even_r + turn_r + mean * (x[first + f] + x[first + _LANES + f])
+        real = even_r + turn_r + mean * (zero[f] + zero[_LANES + f])
         imag = even_i + turn_i
-        square[p + f] = real * real + imag * imag
+        square[f] = real * real + imag * imag
         real, imag = even_r - turn_r, even_i - turn_i
-        square[q + f] = real * real + imag * imag
+        square_other[f] = real * real + imag * imag

@@ -103,6 +103,8 @@ class Spectrum:
         half = len(bands.window) // 2
         self.bands = bands
         self._single = np.empty(0, np.float32)
+        columns = LANES + (len(bands.window) - 1) // bands.hop
+        self._columns = np.empty(bands.hop * columns, np.float32)
         self._rows = np.empty((2, half * 2 * LANES), np.float32)
         self._square = np.empty((half + 1) * LANES, np.float32)
 
@@ -112,14 +114,14 @@ class Spectrum:
         size = len(bands.window)
         begin = left - size // 2
         used = x[begin : begin + (frames - 1) * bands.hop + size]
-        whole = (-(-frames // LANES) * LANES - 1) * bands.hop + size
+        whole = (-(-frames // LANES) * LANES + (size - 1) // bands.hop) * bands.hop
         if len(self._single) < whole:
             self._single = np.empty(whole, np.float32)
         single = self._single[:whole]
         scale = to_single(used, FAINTEST, single)
         power = np.empty((len(bands.first), frames))
         add_powers(
-            single, bands.hop, bands.window, *bands.transform, self._rows, self._square,
-            scale**2, bands.first, bands.width, bands.weights, power,
+            single, bands.hop, bands.window, *bands.transform, self._columns, self._rows,
+            self._square, scale**2, bands.first, bands.width, bands.weights, power,
         )  # fmt: skip
         return power

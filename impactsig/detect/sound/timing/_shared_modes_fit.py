@@ -22,6 +22,7 @@ LEAST = 8  # sounds that a model is learned from
 WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
 MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
+LEFT = 0.1  # share of the energy of rings, beyond noise, that no shared modes leave
 MODULI = 0.7, 0.9995
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
@@ -44,7 +45,8 @@ def shared_exponents(
     modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
     returned. The weak modes come in a choice after the strong. A mode near half the rate may
     be one above it, folded by the sampler: these choices come apart, for without a filter they are
-    the same. There is no choice if modes are too many to be shared.
+    the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
+    rings lies beside the strong ones: the eigenvalues of the others, noise apart.
     """
     from scipy import linalg
 
@@ -65,6 +67,9 @@ def shared_exponents(
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
         if count > min(MOST_POLES, SPARSE * width):
+            break
+        beside = float(np.sum(value[: width - count])) - floor * (width - count)
+        if not choices and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
             break
         if count and count not in choices:
             common = vectors[:, -count:]

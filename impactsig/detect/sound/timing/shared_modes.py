@@ -141,9 +141,15 @@ class SharedModes:
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
             usable = waves[which]
+            few = np.linspace(0, len(usable) - 1, min(CHOOSE, len(usable))).astype(int)
+            # Sounds that share nothing usually show it by a few.
+            alike = len(few) == len(usable) or self._choices(usable[few])
+            if not alike and self.rate > SLOW:
+                self.found.append(timed)
+                return
             plain = self._filtered(usable, self.taps)
             crossed = self._crossed(plain)
-            fits = self._model(usable, middle(np.sum(plain**2, axis=1)), crossed[:, 0].copy())
+            fits = self._model(usable, few, plain, crossed[:, 0].copy()) if alike else None
             if self.model is None and self.rate <= SLOW:
                 self.crossing = middle(self._abruptness(usable)) < ABRUPT
                 self.spread = HALF_WAVES * float(np.nanmedian(crossed[:, 1]))
@@ -152,20 +158,22 @@ class SharedModes:
                 timed[LEARN:] = self._timed(waves[LEARN:])
         self.found.append(timed)
 
-    def _model(self, waves: np.ndarray, loud: float, guess: np.ndarray) -> np.ndarray | None:
+    def _choices(self, waves: np.ndarray) -> bool:
+        """Whether these sounds leave any choice of shared modes."""
+        plain = self._filtered(waves, self.taps)
+        guess = self._crossed(plain)[:, 0]
+        sounds, noise = self._whitened(waves, plain)
+        return bool(shared_exponents(sounds, guess, noise, self.rate)[0])
+
+    def _model(
+        self, waves: np.ndarray, few: np.ndarray, plain: np.ndarray, guess: np.ndarray
+    ) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        `loud` is their energy in the median. None if they have no model.
+        The filter is chosen by a `few`; `plain` is what the high-pass filter leaves of the sounds.
+        None if they have no model.
         """
-        few = np.linspace(0, len(waves) - 1, min(CHOOSE, len(waves))).astype(int)
-        quiet = waves[:, : round(NOISE * self.rate)]
-        self.white = whitening(quiet, self.taps, self.rate, FIRST_ERROR * loud)
-        # Sounds that share nothing usually show it by a few.
-        if len(few) < len(waves):
-            sounds, noise = self._whitened(waves[few])
-            if not shared_exponents(sounds, guess[few], noise, self.rate)[0]:
-                return None
-        sounds, noise = self._whitened(waves)
+        sounds, noise = self._whitened(waves, plain)
         heard = float(np.sum(self.taps**2))
         model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if model is None:
@@ -181,8 +189,11 @@ class SharedModes:
             return fits
         return None
 
-    def _whitened(self, waves: np.ndarray) -> tuple[np.ndarray, float]:
-        """Whitened waves, and the white noise of a sample."""
+    def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
+        """Waves after a filter that whitens their noise, and the white noise of a sample."""
+        error = FIRST_ERROR * middle(np.sum(plain**2, axis=1))
+        quiet = waves[:, : round(NOISE * self.rate)]
+        self.white = whitening(quiet, self.taps, self.rate, error)
         sounds = self._filtered(waves, self.white)
         quiet = sounds[:, : round(QUIET * self.rate)]
         noise = middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))

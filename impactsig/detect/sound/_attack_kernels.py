@@ -1,0 +1,227 @@
+"""Kernels for attack and peak of an impact in sound: where the variance of innovations changes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._compiled import allocating, njit
+from ._lane_kernels import logarithms
+
+DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
+MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
+CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
+LAGS = 8  # that are summed in vector lanes
+_NONE, _ONE = np.uint64(0), np.uint64(1)
+
+
+@allocating
+def measure(x, places, valid, limits, scale, out, sounds):
+    """Attack and peak of the impacts at `places`, and the sound around each.
+
+    Parameters
+    ----------
+    x : samples from well before the first place to well after the last
+    places : (n,) first samples of the frames that hold the crests, as indices of x
+    valid : first and last (exclusive) index of x that is a sample of the record
+    limits : least and greatest sample of the record
+    out : (n, 5), room for attack (index in x, between samples), peak, whether it is clipped, the
+        variance of the attack and the samples from there until the sound is clear
+    sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
+    """
+    gains = np.empty((2, 3, 2 * scale.reach + 1))
+    for found in range(len(places)):
+        split, out[found, 3] = attack(x, places[found], valid, scale, gains)
+        out[found, 0] = split - 0.5
+        out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
+        out[found, 4] = clear_after(x, split, valid, scale)
+        begin_sound = split - scale.before
+        earliest = valid[0] + scale.short_lag + scale.slope
+        if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
+            sounds[found] = 0.0
+        else:
+            innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
+
+
+@allocating
+def attack(x, at, valid, scale, gains):
+    """First sample after the greatest change of variance near `at`, with its variance.
+
+    Of the innovations over the short and the long lag, those whose change is the more likely
+    count: room noise is weakest in the former, white noise in the latter. `at` itself where the
+    variance rises in neither. `gains` is scratch of (2, 3, 2 reach + 1).
+
+    The variance is that of the probability of all splits within reach, and of the place between
+    two samples.
+    """
+    first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
+    last = min(at + scale.forward * scale.hop, valid[1])
+    squares = np.empty((2, max(last - first, 0)))
+    best, split, gain = 0, at - first, -1.0
+    for k in range(2):
+        lag = scale.short_lag if k == 0 else scale.long_lag
+        innovations(x, first, lag, scale.slope, squares[k])
+        square(squares[k])
+        place, gained = variance_change(squares[k], at - first, scale.reach, gains[k])
+        if k == 0 or gained > gain:
+            best, split, gain = k, place, gained
+    together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
+    earliest = at - first - scale.reach
+    return first + split, split_variance(gains[best, 0], earliest, split, 2.0 * together)
+
+
+@njit(nogil=True)
+def counting_as_one(squares, split, gain, lags):
+    """Number of dependent squares that count as one where their mean changes by `gain`.
+
+    A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
+    correlation at each lag before and after the split. A strong one shows in a single square.
+    """
+    spare = lags + LAGS  # zeros behind what is before the split, and behind what is after it
+    away, totals = np.zeros(len(squares) + 2 * spare), np.zeros(spare)
+    alone, together, at = 0.0, 1.0, _NONE
+    for first, last in ((0, split), (split, len(squares))):
+        mean, end = 0.0, at + np.uint64(last - first)
+        for i in range(first, last):
+            mean += squares[i] / (last - first)
+        for i in range(at, end):
+            away[i] = squares[i - at + np.uint64(first)] / mean - 1.0 if mean > 0.0 else 0.0
+            alone += away[i] * away[i]
+        for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
+            for i in range(at, end):
+                one, far = away[i], i + lag
+                for k in range(np.uint64(LAGS)):  # lags side by side, in vector lanes
+                    totals[lag + k] += one * away[far + k]
+        at = end + np.uint64(spare)
+    if not alone > 0.0:
+        return DEPENDENT
+    for lag in range(1, lags + 1):
+        together += 2.0 * max(totals[lag] / alone, 0.0)
+    jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
+    return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
+
+
+@njit(nogil=True)
+def split_variance(gains, first, split, together):
+    """Variance of the split about `split`, with probability exp(gain / together).
+
+    gains[i] is that of first + i, less than 0 where it is none. All are as likely if all are none.
+    """
+    greatest = gains.max()
+    if greatest < 0.0:
+        return (len(gains) // 2) ** 2 / 3.0
+    total = second = 0.0
+    for i in range(len(gains)):
+        if gains[i] >= 0.0:
+            weight = np.exp((gains[i] - greatest) / together)
+            away = first + i - split
+            total += weight
+            second += weight * away * away
+    return second / total + 1.0 / 12.0
+
+
+@njit(nogil=True)
+def clear_after(x, split, valid, scale):
+    """Samples after the attack until innovations reach CLEAR of their greatest power.
+
+    It is 0 where a sound begins at once, and not where a filter rings before it.
+    """
+    first = max(split, valid[0] + scale.short_lag + scale.slope)
+    count = min(scale.reach, valid[1] - first)
+    if count < 2:
+        return 0
+    values = np.empty(count)
+    innovations(x, first, scale.short_lag, scale.slope, values)
+    square(values)
+    greatest = 0.0
+    for k in range(count - 1):
+        greatest = max(greatest, values[k] + values[k + 1])
+    k = 0
+    while values[k] + values[k + 1] < CLEAR * greatest:
+        k += 1
+    return k
+
+
+@njit(nogil=True)
+def innovations(x, first, lag, slope, out):
+    """Residuals of linear extrapolation from two earlier samples.
+
+    y[i] = x[i] - x[i - lag] - lag / slope (x[i - lag] - x[i - lag - slope]): hum is straight.
+    """
+    share, count = lag / slope, np.uint64(len(out))
+    now, then, before = np.uint64(first), np.uint64(first - lag), np.uint64(first - lag - slope)
+    for k in range(count):
+        out[k] = x[now + k] - (1.0 + share) * x[then + k] + share * x[before + k]
+
+
+@njit(nogil=True)
+def square(values):
+    """Square them, in place."""
+    for k in range(len(values)):
+        values[k] *= values[k]
+
+
+@allocating
+def variance_change(squares, at, reach, gains):
+    """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
+
+    That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
+    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
+    every split at - reach + i is left in gains[0, i], -1 where the mean does not rise; the other
+    two rows are scratch.
+    """
+    count, total = len(squares), 0.0
+    gains[0] = -1.0
+    for k in range(count):
+        total += squares[k]
+    mean, least = total / count, 1e-12 * total / count
+    split, gain = at, -1.0
+    begin, end = max(at - reach, 1), min(count, at + reach + 1)
+    if begin >= end or not mean > 0.0:
+        return split, gain
+    low, high = begin - at + reach, end - at + reach
+    of, before, after = gains[0][low:high], gains[1][low:high], gains[2][low:high]
+    near = np.uint64(len(of))
+    head = 0.0
+    for k in range(begin - 1):
+        head += squares[k]
+    for k in range(begin, end):
+        head += squares[k - 1]
+        before[k - begin] = head
+    for i in range(near):  # in vector lanes, as what follows
+        k = np.float64(begin) + np.float64(i)
+        earlier, later = before[i] / k, (total - before[i]) / (count - k)
+        earlier = earlier if earlier > least else least
+        later = later if later > least else least
+        of[i] = 0.0 if later > earlier else -1.0
+        before[i], after[i] = earlier / mean, later / mean
+    logarithms(before)
+    logarithms(after)
+    for i in range(near):
+        k = np.float64(begin) + np.float64(i)
+        gained = -k * before[i] - (count - k) * after[i]
+        if of[i] == 0.0:
+            of[i] = max(gained, 0.0)
+            if gained > gain:
+                split, gain = begin + np.int64(i), gained
+    return split, gain
+
+
+@njit(nogil=True)
+def crest(x, split, valid, limits, scale):
+    """Greatest deviation after the attack from the mean before; 1.0 as flag if clipped.
+
+    It is clipped if two samples in a row lie at the least or greatest sample of the record.
+    """
+    i0 = max(split - scale.past * scale.hop, valid[0])
+    base = 0.0
+    for i in range(i0, split):
+        base += x[i]
+    base /= max(split - i0, 1)
+    greatest, clipped, before = 0.0, 0.0, False
+    for i in range(split, min(split + scale.forward * scale.hop, valid[1])):
+        greatest = max(greatest, abs(x[i] - base))
+        extreme = x[i] <= limits[0] or x[i] >= limits[1]
+        if extreme and before:
+            clipped = 1.0
+        before = extreme
+    return greatest, clipped

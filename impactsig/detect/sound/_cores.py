@@ -1,0 +1,173 @@
+"""Noise of the cores of a record, and the background of each BLOCK of its frames.
+
+CORE frames share one noise, which is read from all that lies within four seconds of them; a window
+holds one or more of these cores. No noise is less than the rounding of the samples makes, or the
+step of the converter; what a strong sound nearby hides is added by `background` (`_floor.py`).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ._band_kernels import background
+from ._bands import ROUNDING, Bands, degrees_of_freedom
+from ._core_kernels import extremes
+from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
+from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
+from ._nearby import middle
+
+CORE = 64 * BLOCK  # frames that share one noise
+LENGTH = 1 << 17  # samples of a window, unless a core is longer
+PER = BLOCK // GROUP  # frames of the narrow bands that share one background
+PART = 8  # frames of the octaves that share one power that the background is read from
+TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
+
+
+class Core(NamedTuple):
+    """What is known of the samples of CORE frames, or fewer at the end of a segment."""
+
+    blocks: int
+    least: float
+    greatest: float
+    resolution: float  # of the numbers that hold the samples
+    step: float  # least difference of two samples in a row; infinite if there is none
+
+
+class Levels(NamedTuple):
+    """Mean powers of a window that the background is read from."""
+
+    parts: np.ndarray  # (octaves, PARTs in whole BLOCKs)
+    parts_sound: np.ndarray  # those that digital silence does not touch
+    octaves: np.ndarray  # (octaves, BLOCKs)
+    low: np.ndarray  # (low octaves, BLOCKs)
+    bands: np.ndarray  # (bands, BLOCKs)
+    sound: np.ndarray  # BLOCKs that are not all digital silence
+    cores: list[Core]
+
+    @property
+    def blocks(self) -> int:
+        return len(self.sound)
+
+
+@dataclass
+class Backgrounds:
+    """Works out the background window by window. `low_bias` is that of `noise_power`."""
+
+    scale: Scale
+    rate: float
+    bands: Bands
+    low_bias: np.ndarray
+    gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
+    noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
+    below_step: int = 0  # cores whose noise the converter does not resolve
+
+    def __post_init__(self) -> None:
+        scale = self.scale
+        self.gains = white_gains(scale)
+        self.middle_gain = middle(self.gains)
+        block = BLOCK * scale.hop / self.rate
+        self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
+        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
+
+    @property
+    def unresolved(self) -> bool:
+        """Whether the noise is mostly weaker than a quantisation step."""
+        return self.below_step > 0.5 * len(self.noise)
+
+    def of(self, windows: list[Levels], which: int) -> list[np.ndarray]:
+        """Of octaves, low ones and narrow bands, in the BLOCKs of one window of these in a row."""
+        parts, octaves, low, bands = (
+            np.concatenate([getattr(one, name) for one in windows], axis=1)
+            for name in ("parts", "octaves", "low", "bands")
+        )
+        parts_sound, sound = (
+            np.concatenate([getattr(one, name) for one in windows])
+            for name in ("parts_sound", "sound")
+        )
+        cores = [core for one in windows for core in one.cores]
+        blocks = [core.blocks for core in cores]
+        first = sum(len(one.cores) for one in windows[:which])
+        at, count = sum(blocks[:first]), len(windows[which].cores)
+        noises = [np.empty((len(means), count)) for means in (octaves, low, bands)]
+        begin = at
+        for k in range(count):
+            begins, ends = reaching(blocks, first + k, self.within)
+            _, least, greatest, resolution, step = zip(*cores[begins:ends], strict=True)
+            toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
+            size = max(-min(least), max(greatest))
+            rounding = (max(resolution) * size) ** 2
+            end = begin + blocks[first + k]
+            near = slice(max(begin - self.within, 0), end + self.within)
+            begin = end
+            near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
+            noise = noise_power(parts[:, near_parts], parts_sound[near_parts], self.part_bias)
+            self.noise.append(noise)
+            self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
+            noise = np.maximum(noise, toggling * self.gains)
+            noises[0][:, k] = np.maximum(noise, rounding)
+            noise = noise_power(low[:, near], sound[near], self.low_bias)
+            # White noise of rounding or of a step is about as strong in the next octaves.
+            noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
+            noise = noise_power(bands[:, near], sound[near], self.mean_bias)
+            leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
+            noises[2][:, k] = np.maximum(noise, leakage)
+        out = []
+        for noise, means in zip(noises, (octaves, low, bands), strict=True):
+            out.append(np.empty((len(noise), windows[which].blocks)))
+            background(noise, CORE // BLOCK, means, at, self.nearby, out[-1])
+        return out
+
+
+def window_size(scale: Scale) -> int:
+    """Samples of a window, in whole cores."""
+    return max(LENGTH // (CORE * scale.hop), 1) * CORE * scale.hop
+
+
+def cores_of(samples: np.ndarray, hop: int) -> list[Core]:
+    """The cores of a window."""
+    resolution, out = resolution_of(samples.dtype), []
+    for k in range(0, len(samples), CORE * hop):
+        part = samples[k : k + CORE * hop]
+        least, greatest, step = extremes(part)
+        out.append(Core(-(-len(part) // (BLOCK * hop)), least, greatest, resolution, step))
+    return out
+
+
+def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
+    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
+    begin, end, before, after = which, which + 1, 0, 0
+    while begin > 0 and before < within:
+        begin -= 1
+        before += blocks[begin]
+    while end < len(blocks) and after < within:
+        after += blocks[end]
+        end += 1
+    return begin, end
+
+
+@functools.cache
+def resolution_of(kind: np.dtype) -> float:
+    """Relative resolution of numbers of a kind; 0 for integers."""
+    return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
+
+
+@functools.lru_cache(maxsize=8)
+def white_gains(scale: Scale) -> np.ndarray:
+    """Power of each octave for white noise of power 1."""
+    half = EDGE * scale.hop
+    impulse = np.zeros(2 * half)
+    gains = np.zeros(scale.octaves)
+    even, odd, high = np.empty(half), np.empty(half), np.empty(half)
+    power = np.empty((scale.octaves, 1))
+    for shift in range(scale.hop):
+        impulse[:] = 0.0
+        impulse[half + shift] = 1.0
+        octave_powers(impulse, scale.octaves, even, odd, high, power)
+        gains += power[:, 0] * 2 * half / scale.hop
+    return gains
