@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from ._arguments import entries, instance, number, whole
-from ._combined_columns import combined_columns, measuring_contacts
-from ._impact_flags import CLIPPED
 from ._showing import Shown
 from ._trains.combined_columns import combined_columns, measuring_contacts
+from ._trains.impact_flags import CLIPPED
 from .alignment import FEWEST, Alignment, align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts

@@ -53,16 +53,18 @@ from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
 from ._attack_kernels import measure
-from ._calibrated import calibrated
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._cores import cores_of, window_size
-from ._decision import LATER, SOONER, candidates
-from ._doubt import EVEN, Doubt
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
-from ._notes import (
+from ._survey import Survey
+from ._windows import windows
+from .deciding.calibrated import calibrated
+from .deciding.decision import LATER, SOONER, candidates
+from .deciding.doubt import EVEN, Doubt
+from .deciding.notes import (
     click_notes,
     converter_notes,
     crowd_notes,
@@ -71,9 +73,7 @@ from ._notes import (
     swell_notes,
     voice_notes,
 )
-from ._survey import Survey
-from ._swells import crowds, most_odds, sharpness
-from ._windows import windows
+from .deciding.swells import crowds, most_odds, sharpness
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 

@@ -27,11 +27,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel, njit
-from ._model import FLAT, SKEW, WIDER
-from ._small_matrices import factor, invert, solve
-from .edges import FIT
-from .fit_errors import ESTIMATE, SCORE, SQUARE
+from ...._compiling.compiled import allocating, kernel, njit
+from .._model import FLAT, SKEW, WIDER
+from .._small_matrices import factor, invert, solve
+from ..edges import FIT
+from ..fit_errors import ESTIMATE, SCORE, SQUARE
 
 SHAPES = WIDER - SKEW
 ROUNDS, AGAIN = 8, 4

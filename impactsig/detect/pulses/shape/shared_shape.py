@@ -14,30 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..signal.order_kernels import centre_of
-from ._common_rest import (
-    common_rest,
-    is_clear,
-    linearize_anew,
-    linearize_with,
-    make_room,
-)
-from ._misfit import allow_for_unseen, correct_misfit, what_is_left
-from ._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
-from ._shared_shape_kernels import (
-    AGAIN,
-    APART,
-    BRIEF,
-    ROUNDS,
-    SHAPES,
-    Shape,
-    estimate_shape,
-    set_free,
-    variance_along,
-)
-from .edges import ERRORS, FIT, SHARED
-from .fit_errors import (
+from ...._compiling.compiled import allocating, kernel
+from ...signal.order_kernels import centre_of
+from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
+from ..edges import ERRORS, FIT, SHARED
+from ..fit_errors import (
     BESIDE,
     EDGE,
     ESTIMATE,
@@ -50,7 +31,13 @@ from .fit_errors import (
     UNIT,
     ZERO,
 )
-from ._common_rest import BINS, common_rest, is_clear, linearize_anew, make_room
+from ._common_rest import (
+    common_rest,
+    is_clear,
+    linearize_anew,
+    linearize_with,
+    make_room,
+)
 from ._misfit import allow_for_unseen, correct_misfit, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,

@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..pulses.touching_kernels import is_one_pulse
-from ..signal.ladder import HALF_SINE_GAIN, MATCH
-from ..signal.order_kernels import put_in_order, select
-from ._response_kernels import CREST, parts, running_sums
-from .parting_kernels import parted
+from ...._compiling.compiled import allocating, kernel
+from ...pulses.touching_kernels import is_one_pulse
+from ...signal.ladder import HALF_SINE_GAIN, MATCH
+from ...signal.order_kernels import put_in_order, select
+from .._response_kernels import CREST, parts, running_sums
+from ._parting_kernels import parted
 from .width_kernels import EVENT, LEAST, RESPONSE, best_width, noise_of, put, room_for
 
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it

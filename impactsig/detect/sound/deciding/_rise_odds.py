@@ -35,10 +35,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._kernels import GROUP
-from ._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
-from ._nearby_kernels import greatest_between
-from ._rise_kernels import STEP
+from .._kernels import GROUP
+from .._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
+from .._nearby_kernels import greatest_between
+from .._rise_kernels import STEP
 
 WITHIN = 8e-3  # [s], of a crest of H, that none exceeds
 HERE = 5e-3  # [s], of a crest, that its H is taken from

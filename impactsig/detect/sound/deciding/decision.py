@@ -58,9 +58,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._dense import dense_odds
-from ._kernels import BLOCK, GROUP, Scale
-from ._nearby import (
+from .._kernels import BLOCK, GROUP, Scale
+from .._nearby import (
     crowd,
     greatest_near,
     greatest_within,
@@ -71,7 +70,9 @@ from ._nearby import (
     rate_of_others,
     separate_crests,
 )
-from ._nearby_kernels import greatest_between
+from .._nearby_kernels import greatest_between
+from .._survey import SAMPLED, Passage
+from ._dense import dense_odds
 from ._rise_odds import ALONE as RISES_ALONE
 from ._rise_odds import (
     BESIDE_SILENCE,

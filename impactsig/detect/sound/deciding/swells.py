@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from ._nearby import ranked
+from .._nearby import ranked
 from ._swell_kernels import powers_beside
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
