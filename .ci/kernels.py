@@ -2,7 +2,7 @@
 
     python .ci/kernels.py
 
-The kernels are those of `impactsig warmup`, compiled for `_compiled.shipped_target()` by the
+The kernels are those of `impactsig warmup`, compiled for `compiled.shipped_target()` by the
 versions of Python, numba, llvmlite and numpy that run this script, and used by these alone: with
 others the wheel compiles as the plain one does. Needs `python -m pip install wheel`, and minutes.
 """
@@ -58,7 +58,7 @@ def unpacked(wheel: Path, folder: Path) -> Path:
 
 def compile_kernels(contents: Path) -> None:
     """Compile beside the sources, as for a user, and put aside what came of it."""
-    where = "from impactsig._compiled import shipped_target; print(*shipped_target()[1:])"
+    where = "from impactsig._compiling.compiled import shipped_target; print(*shipped_target()[1:])"
     target = subprocess.run(
         [sys.executable, "-c", where], cwd=contents, check=True, capture_output=True, text=True
     )

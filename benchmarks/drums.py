@@ -25,7 +25,7 @@ import mir_eval
 import numpy as np
 import soundfile
 
-from impactsig.detect.sound import _decision
+from impactsig.detect.sound.deciding import decision
 
 from .detection import markdown
 from .detectors import by_impactsig
@@ -66,14 +66,14 @@ def recordings(folder: Path) -> dict[str, tuple[np.ndarray, float, np.ndarray]]:
 @contextmanager
 def constants(values: dict[str, float]) -> Iterator[None]:
     """The decision with other constants."""
-    before = {name: getattr(_decision, name) for name in values}
+    before = {name: getattr(decision, name) for name in values}
     for name, value in values.items():
-        setattr(_decision, name, value)
+        setattr(decision, name, value)
     try:
         yield
     finally:
         for name, value in before.items():
-            setattr(_decision, name, value)
+            setattr(decision, name, value)
 
 
 def every(grid: dict) -> list[dict]:

@@ -31,10 +31,10 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 from impactsig import Impacts, InvalidInput, fit_oscillator, measure, scenes, simulate
-from impactsig.fitting._followed import Followed, Seen, _hard
 from impactsig.fitting._machine import as_train
-from impactsig.fitting._path_kernels import Chain
-from impactsig.fitting._together import Layout, _gathered, _stepped, covariance_of
+from impactsig.fitting.orbits._path_kernels import Chain
+from impactsig.fitting.orbits.followed import Followed, Seen, _hard
+from impactsig.fitting.together._together import Layout, _gathered, _stepped, covariance_of
 
 RESULTS = Path(__file__).parent / "results"
 RUNS, COUNT, JITTER = 8, 500, 0.005

@@ -29,7 +29,7 @@ import numpy as np
 
 import impactsig
 from impactsig import plot
-from impactsig._calibration_bins import calibration_bins
+from impactsig.plot.records._calibration_bins import calibration_bins
 
 from .recordings import load_cell, microphone
 from .sound_disturbances import in_room

@@ -5,7 +5,7 @@ contact of up to 0.5 ms; the modes are those of all impacts or new at each. Reco
 several times their rate and decimated by one of `sound_timing.DECIMATORS`. Impacts that a receiver
 which knows the noise, and what the impacts before it and the disturbance leave to hear, would not
 hear (`heard`) count neither as missed nor as false. The odds of low tones
-(`impactsig/detect/sound/_tones.py`) were fitted to seeds 2000 to 2029 and chosen on 3000 to 3121
+(`sound/deciding/_tones.py`) were fitted to seeds 2000 to 2029 and chosen on 3000 to 3121
 and 4000 to 4015, what is known of voices (`_voices.py`), notes and clicks on 6000 to 6039 and 6100
 to 6139: judge on others.
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ._arguments import flag, instance, number
+from ._numerics.spread import DEVIATION_BY_MEDIAN
 from ._showing import Shown
-from ._spread import DEVIATION_BY_MEDIAN
 from .errors import InvalidInput
 from .impacts import Impacts
 
@@ -291,7 +291,7 @@ def _fit(
     a: np.ndarray, b: np.ndarray, line: _Line, within: float, skew: bool
 ) -> tuple[np.ndarray, np.ndarray, _Line]:
     """Pairs within reach of a line, their delays, and the line fitted to them."""
-    from ._assignment_kernels import assign
+    from ._numerics.assignment_kernels import assign
 
     pairs = assign(a, line.at(b), within)
     error = a[pairs[:, 0]] - line.at(b[pairs[:, 1]])

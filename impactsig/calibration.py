@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ._arguments import flag, reals, text
+from ._numerics.straight_line import fit_line
 from ._showing import Shown
-from ._straight_line import fit_line
 from .errors import InvalidInput
 from .recording import Recording
 

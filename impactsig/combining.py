@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ._arguments import entries, instance, number, whole
-from ._combined_columns import combined_columns, measuring_contacts
-from ._impact_flags import CLIPPED
 from ._showing import Shown
+from ._trains.combined_columns import combined_columns, measuring_contacts
+from ._trains.impact_flags import CLIPPED
 from .alignment import FEWEST, Alignment, align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -306,7 +306,7 @@ def _join(
     time: np.ndarray, index: np.ndarray, other: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Instants of both trains in one, and the index of each impact in either."""
-    from ._assignment_kernels import assign
+    from ._numerics.assignment_kernels import assign
 
     pairs = assign(other, time, within)
     of_other = np.full(len(time), -1)

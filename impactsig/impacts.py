@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from . import _impact_columns as table
-from . import _impact_tables as files
 from ._arguments import entries, instance, number, text, texts
-from ._disturbances import KINDS, Disturbance, disturbances
-from ._impact_flags import (
+from ._showing import drawn_by, picture
+from ._trains import impact_columns as table
+from ._trains import impact_tables as files
+from ._trains.disturbances import KINDS, Disturbance, disturbances
+from ._trains.impact_flags import (
     CLIPPED,
     EDITED,
     FLAG_NAMES,
@@ -27,8 +28,7 @@ from ._impact_flags import (
     UNRESOLVED,
     flag_names,
 )
-from ._interval_errors import interval_covariance
-from ._showing import drawn_by, picture
+from ._trains.interval_errors import interval_covariance
 from .errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -376,7 +376,7 @@ class Impacts:
         InvalidInput
             If there is no such impact, or an instant lies outside the run.
         """
-        from ._corrections import edited
+        from ._trains.corrections import edited
 
         return edited(self, add, move or {}, reject, by, comment)
 
@@ -402,7 +402,7 @@ class Impacts:
         UnwritableFile
             If the table cannot be written.
         """
-        from ._correction_files import write
+        from ._trains.correction_files import write
 
         return write(self, recording)
 
@@ -428,7 +428,7 @@ class Impacts:
             If the table beside the recording cannot be read, or the corrections were made in
             another recording.
         """
-        from ._correction_files import applied
+        from ._trains.correction_files import applied
 
         return applied(self, recording)
 

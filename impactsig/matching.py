@@ -131,7 +131,7 @@ def match_impacts(
         instance(name, train, Impacts, "Impacts", "Impacts.from_times makes them from instants")
     within = number("within", within, above=0)
     late = 0.0 if delay is None else number("delay", delay)
-    from ._assignment_kernels import assign
+    from ._numerics.assignment_kernels import assign
 
     pairs = assign(found.time - late, truth.time, within)
     while delay is None and len(pairs):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ._arguments import instance, number
-from ._smoothing import converter_step, gain, half_width, noise_of, smoothed
+from ._numerics.smoothing import converter_step, gain, half_width, noise_of, smoothed
 from .errors import InvalidInput
 from .recorded import TURN, RecordedMotion
 from .recording import Recording, channel_index, chosen_channel

@@ -9,9 +9,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ._arguments import choice, instance, number
+from ._numerics.smoothing import converter_step
+from ._numerics.straight_line import fit_line
 from ._showing import Shown
-from ._smoothing import converter_step
-from ._straight_line import fit_line
 from .errors import InvalidInput
 from .impacts import Impacts
 

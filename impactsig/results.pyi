@@ -20,8 +20,8 @@ from .dynamics.periodic.branches import Branch as Branch
 from .dynamics.periodic.flow_orbits import FlowOrbit as FlowOrbit
 from .dynamics.periodic.orbits import PeriodicOrbit as PeriodicOrbit
 from .dynamics.sections.sections import Section as Section
+from .dynamics.tangents.batches.spectra import LyapunovSpectra as LyapunovSpectra
 from .dynamics.tangents.lyapunov import LyapunovSpectrum as LyapunovSpectrum
-from .dynamics.tangents.spectra import LyapunovSpectra as LyapunovSpectra
 from .dynamics.tangents.tangent import TangentMap as TangentMap
 from .fitting import Band as Band
 from .fitting import MachineFit as MachineFit

@@ -7,8 +7,8 @@ from scipy.optimize import least_squares
 
 from impactsig.detect.pulses._model import FLAT_MEAN, FLAT_SD, LENGTH_SD, POWER_SD, SKEW_SD
 from impactsig.detect.pulses.pair_fit import ALIKE_SD
-from impactsig.detect.search.event_kernels import INSIDE, NARROW
-from impactsig.detect.search.width_kernels import LEAST
+from impactsig.detect.search.events.event_kernels import INSIDE, NARROW
+from impactsig.detect.search.events.width_kernels import LEAST
 from impactsig.detect.signal.ladder import MATCH
 
 

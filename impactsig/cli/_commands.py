@@ -196,7 +196,7 @@ def _print_info(path: Path, layout: RawLayout | None, rate: float | None) -> Non
 
 def rig(chosen: argparse.Namespace) -> None:
     """Write a rig.toml for a recording, with every key explained."""
-    from .._atomic import atomic_path
+    from .._files.atomic import atomic_path
     from ..experiment.rig import Rig
     from ..experiment.writing import rig_of_recording
 

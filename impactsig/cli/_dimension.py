@@ -114,7 +114,7 @@ def _reconstructed(
 
 
 def _exponent(impacts: Impacts, chosen: argparse.Namespace) -> str:
-    from ..report.dynamics import DIMENSIONS, exponent_of
+    from ..report.analysing.dynamics import DIMENSIONS, exponent_of
 
     tried = DIMENSIONS if chosen.dimension is None else [chosen.dimension]
     found, share = exponent_of(impacts, tried, chosen.theiler)

@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from .._standard_input import FOLDER, NAME, WORDS, is_standard_input
+from .._files.standard_input import FOLDER, NAME, WORDS, is_standard_input
 from ..errors import InvalidInput
 from ._options import one_line, reading_and_detecting
 
@@ -58,7 +58,7 @@ def impacts_of(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
     """The impacts found in a recording, with the options of the command line."""
-    from .._corrections import in_words
+    from .._trains.corrections import in_words
     from ..detect.files import detect_file
 
     impacts = detect_file(path, *reading_and_detecting(path, chosen))
@@ -70,8 +70,8 @@ def detected(path: Path, chosen: argparse.Namespace) -> Impacts:
 
 def _holds_impacts(path: Path) -> bool:
     """Whether a file is a table of impacts: written by `detect`, or with columns of impacts."""
-    from .._impact_columns import COLUMNS
-    from .._impact_tables import HEAD
+    from .._trains.impact_columns import COLUMNS
+    from .._trains.impact_tables import HEAD
 
     known = set(COLUMNS)
     if path.suffix == ".parquet":
@@ -119,7 +119,7 @@ def write_figure(draw: Callable[[Any], Any], path: Path, size: tuple[float, floa
     """Draw a figure of a given size [inch] and write it in the format of the ending."""
     from matplotlib.figure import Figure
 
-    from .._atomic import atomic_path
+    from .._files.atomic import atomic_path
 
     figure = Figure(figsize=size, layout="constrained")
     draw(figure)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .._arguments import PER_CHANNEL, READING
-from .._standard_input import in_words
+from .._files.standard_input import in_words
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:

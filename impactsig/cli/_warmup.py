@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from .._watched import watched
+from .._running.watched import watched
 from ..errors import ImpactsigError
 
 

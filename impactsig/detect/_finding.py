@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._impact_columns import ERRORS, SHARED
+from .._trains.impact_columns import ERRORS, SHARED
 from ..errors import InvalidInput
 from ..impacts import KINDS, Disturbance
 from ._both_ways import detect_both_ways, other_way

@@ -23,9 +23,12 @@ from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
-from .pulses.shared_shape import nothing_told, share_shape
+from .pulses.shape.shared_shape import nothing_told, share_shape
 from .search.direction import direction
 from .search.disturbances import disturbances
+from .search.events.shoulder_kernels import Noise, tails
+from .search.events.swing_kernels import bursts, follow_closely, swings_back
+from .search.events.width_kernels import RESPONSE, place
 from .search.judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from .search.judging_kernels import (
     bounds,
@@ -38,11 +41,8 @@ from .search.judging_kernels import (
     with_neighbors,
     worst,
 )
-from .search.shoulder_kernels import Noise, tails
 from .search.span import NO_RUNS, Span
 from .search.spans import BESIDE, LEAST, Spans
-from .search.swing_kernels import bursts, follow_closely, swings_back
-from .search.width_kernels import RESPONSE, place
 from .signal.grid import Grid
 from .signal.stream import FRAME, Frame, Piece, frames
 

@@ -135,10 +135,11 @@ def detect_impacts(
     measured is described in `impactsig.detect.pulses.pulse`.
 
     Where the pulses of a second are alike, each is measured with the shape that they share
-    (`impactsig.detect.pulses.shared_shape`). Standard errors of instants, contact times, peaks and
-    impulses are those of the fit (its posterior covariance, and that of the shared shape) or of
-    the edges (noise over slope). They hold the noise as it is over the width of the pulse, the
-    step of the converter, the baseline that is subtracted, and what the fit cannot follow; see
+    (`impactsig.detect.pulses.shape.shared_shape`). Standard errors of instants, contact times,
+    peaks and impulses are those of the fit (its posterior covariance, and that of the shared
+    shape) or of the edges (noise over slope). They hold the noise as it is over the width of the
+    pulse, the step of the converter, the baseline that is subtracted, and what the fit cannot
+    follow; see
     `impactsig.detect.pulses._errors`. The error of a shared shape is common to the impacts of a
     second: it cancels in their intervals. What a flag says is not in the record has an infinite
     error: the instant of a pulse that is open at its start, contact time and impulse of an open

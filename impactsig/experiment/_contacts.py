@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from .._spread import DEVIATION_BY_MEDIAN
+from .._numerics.spread import DEVIATION_BY_MEDIAN
 from ..impacts import Impacts
 
 SECOND = 1.0  # [s]

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._spread import DEVIATION_BY_MEDIAN
+from .._numerics.spread import DEVIATION_BY_MEDIAN
 
 BESIDE = 0.15
 """Forcing periods from where an impact is expected to where it is."""

@@ -15,9 +15,9 @@ from pathlib import Path
 from time import time
 from typing import Any
 
-from .._atomic import atomic_path
-from .._correction_files import beside, sha256
-from .._impact_tables import packed, unpacked
+from .._files.atomic import atomic_path
+from .._trains.correction_files import beside, sha256
+from .._trains.impact_tables import packed, unpacked
 from ..errors import ImpactsigError, InvalidInput, UnreadableFile, UnwritableFile
 from ..impacts import Impacts
 from ..io.companions import settings_beside

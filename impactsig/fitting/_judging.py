@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._moments import Moments
-from ._partition import Train
-from ._problem import Problem
+from .searching.problem import Problem
+from .trains.moments import Moments
+from .trains.partition import Train
 
 JUDGED = 40
 """Trains simulated at an optimum, which tell whether the measured one is of their kind."""

@@ -12,8 +12,8 @@ from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Force, KelvinVoigt, Oscillator, Rigid, Stop
 from ..oscillators.batch import takes_arrays
-from ._balance import TURN, Values
-from ._partition import Train
+from .trains.balance import TURN, Values
+from .trains.partition import Train
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from ..oscillators import Oscillator
 from ..simulate import simulate
 from ._judging import JUDGED, Judgement
 from ._machine import Parameter, as_impacts, oscillator
-from ._narrow import Estimate
-from ._problem import Problem
 from .prediction import Posterior
 from .result import DECIDED, MISFIT, OscillatorFit
+from .searching.narrow import Estimate
+from .searching.problem import Problem
 
 CONFIDENCE = 0.95
 UNTOLD = {"restitution": 0.5}

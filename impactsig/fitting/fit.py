@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, cast, overload
 
 from .._arguments import Seed, flag, instance, streams
-from .._watched import progress
+from .._running.watched import progress
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ..oscillators import Oscillator
@@ -23,14 +23,14 @@ from ._asked import (
 )
 from ._judging import LEAST_P, judged
 from ._machine import KINDS, as_train, sought_of
-from ._narrow import Estimate, narrow
 from ._outcome import outcome
-from ._problem import Problem
-from ._refine import orbits, refine
-from ._search import begin, descend
-from .joint import Asked, fit_trains, telling
 from .machine import MachineFit
 from .result import OscillatorFit
+from .searching.narrow import Estimate, narrow
+from .searching.problem import Problem
+from .searching.refine import orbits, refine
+from .searching.search import begin, descend
+from .together.joint import Asked, fit_trains, telling
 
 FEWEST = 200
 """Impacts below which no fit is tried: words of four intervals come too seldom."""

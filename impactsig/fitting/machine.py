@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .._showing import Shown, drawn_on_figure_by
-from ._echoes import Echoes
 from ._machine import EXTRA, PARAMETERS
 from ._outcome import ALONE, interval_of, not_determined
 from .result import OscillatorFit, in_words
+from .trains.echoes import Echoes
 
 MISFIT = 0.01
 """Of the p-value of all trains."""

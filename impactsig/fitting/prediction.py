@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .._showing import Shown, drawn_on_figure_by
-from ._echoes import Echoes
 from ._judging import p_value
 from ._machine import CHAIN, EXTRA, PARAMETERS
-from ._simulated import Beginnings, simulated
+from .searching.simulated import Beginnings, simulated
+from .trains.echoes import Echoes
 
 if TYPE_CHECKING:
     from ..impacts import Impacts

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from .._arguments import instance, number
-from .._interval_errors import errors_in_intervals
 from .._showing import Shown
+from .._trains.interval_errors import errors_in_intervals
 from ..errors import InvalidInput
 from ..impacts import Impacts
 from ._bouncing import bouncing

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from .._arguments import number
-from .._impact_columns import filled
 from .._showing import Shown
+from .._trains.impact_columns import filled
 from ..impacts import INFERRED, Impacts
 from ._repair_map import map_edits
 from ._repair_slots import slot_edits

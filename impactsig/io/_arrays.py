@@ -16,9 +16,9 @@ import numpy as np
 
 from ..errors import UnreadableFile
 from ._source import Signal, Source, sample_type
-from ._time_columns import time_factor
-from ._timebase import TimeBase, rate_of_step, time_base
 from ._units import split_heading
+from .times.time_columns import time_factor
+from .times.timebase import TimeBase, rate_of_step, time_base
 
 _FACTS = {
     "rate": "rate fs sr samplingrate samplerate samplingfrequency samplefrequency",

@@ -15,9 +15,9 @@ from .._arguments import choice, number, text
 from ..errors import ImpactsigWarning, InvalidInput, UnreadableFile
 from ..recording import Recording, Sensor, channel_index, check_calibration, sample_span
 from ._source import Signal, Source
-from ._timebase import DOUBTFUL
-from ._uneven import resampled
 from .formats import guarded
+from .times.timebase import DOUBTFUL
+from .times.uneven import resampled
 
 AUDIO_RATES = frozenset(
     (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000, 88200, 96000, 176400, 192000)

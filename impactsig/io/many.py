@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .._arguments import path_list, thread_count
-from .._watched import progress as bar
+from .._running.watched import progress as bar
 from ..errors import ImpactsigError
 from ..recording import Recording
 from .reading import read

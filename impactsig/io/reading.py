@@ -16,8 +16,8 @@ from ._limits import DEFAULT_LIMITS, Limits
 from ._plan import Plan, prepare, recording
 from ._raw import RawLayout
 from ._source import Source
-from ._uneven import resampled
 from .formats import open_file
+from .times.uneven import resampled
 
 
 @dataclass(frozen=True, eq=False, repr=False)

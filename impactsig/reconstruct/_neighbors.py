@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._compiled import njit
+from .._compiling.compiled import njit
 
 LEAF = 12  # points in a leaf, at most
 NOBODY = -1  # index of a neighbour that does not exist

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._arguments import number
-from .._interval_errors import errors_in_intervals
+from .._trains.interval_errors import errors_in_intervals
 from ..impacts import Impacts
 
 FAR_OFF = 5.0

@@ -1,8 +1,8 @@
 """Reports: results as one self-contained HTML page."""
 
-from .analysis import Analysis, analyse
+from .analysing.analysis import Analysis, analyse
+from .analysing.dynamics import Dynamics
 from .batches import Detected, Entry, detect_many, write_reports
-from .dynamics import Dynamics
 from .page import analyse_to_page, write_page, write_report
 
 __all__ = [

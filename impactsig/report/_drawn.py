@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .._atomic import atomic_path
-from .._sources import ROOT
+from .._compiling.sources import ROOT
+from .._files.atomic import atomic_path
 from ..studies.fingerprint import digest, stamp
 
 FOLDER = ".impactsig"

@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 from .._arguments import READING, path_list
 from .._arguments import path as path_of
-from .._atomic import atomic_path
+from .._files.atomic import atomic_path
 from .._showing import Shown
 from ..errors import ImpactsigError, InvalidInput, UnwritableFile
 from ..studies.each import each

@@ -10,7 +10,7 @@ import numpy as np
 from ..impacts import CLIPPED
 from ..intervals.periodicity import SURE
 from ..plot.stops import by_stop, several_stops
-from .analysis import Analysis, mean_and_spread
+from .analysing.analysis import Analysis, mean_and_spread
 from .contents import level, printable
 
 if TYPE_CHECKING:

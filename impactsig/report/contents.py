@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import __version__, _standard_input
-from .._correction_files import sha256
-from .._corrections import in_words
+from .. import __version__
+from .._files import standard_input
+from .._trains.correction_files import sha256
+from .._trains.corrections import in_words
 from ..impacts import FLAG_NAMES, KINDS
-from .analysis import Analysis
-from .dynamics import SEED
+from .analysing.analysis import Analysis
+from .analysing.dynamics import SEED
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -34,7 +35,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "pandas", "soundfile", "npTDMS", "matplo
 
 def printable(text: str) -> str:
     """Text that can be encoded in UTF-8; bytes of a file name that cannot are replaced."""
-    return _standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
+    return standard_input.in_words(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def breakable(name: str) -> Markup:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 
 from .. import plot
-from .._atomic import atomic_path
+from .._files.atomic import atomic_path
 from ..errors import InvalidInput, UnwritableFile
 from ._template import page_of
 from .batches import INDEX, Entry, write_each_report

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ..impacts import Impacts
     from ..recording import Recording
-    from .analysis import Analysis
+    from .analysing.analysis import Analysis
 
 SPIKES_SHOWN = 60
 _NARROW = "screen and (max-width: 720px)"  # as in page.css

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from .. import plot
 from ..reconstruct.recognition.kinds import is_certain
 from ..reconstruct.testing.surrogate_testing import LEVEL
+from .analysing.dynamics import REPAIRED, ROUGH_BELOW, TESTED, short_time
 from .contents import counted, printable
-from .dynamics import REPAIRED, ROUGH_BELOW, TESTED, short_time
 from .figures import Picture, draw_figure
 from .fitted import Finding, dimension, exponent, of_first, surrogates, with_doubts
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from ..impacts import Impacts
     from ..reconstruct.testing.determinism import ReturnMapDeterminism
-    from .analysis import Analysis
-    from .dynamics import Dynamics
+    from .analysing.analysis import Analysis
+    from .analysing.dynamics import Dynamics
 
 LAGS = (1, 2, 3)
 SLIGHT, LARGELY = 0.1, 0.8

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from .analysing.dynamics import READ, TESTED, grows, pace, short_time
 from .contents import printable
-from .dynamics import READ, TESTED, grows, pace, short_time
 from .figures import Picture, draw, draw_figure
 
 if TYPE_CHECKING:
     from ..reconstruct.divergence.exponents import LyapunovExponent
     from ..reconstruct.testing.surrogate_testing import SurrogateTest
-    from .dynamics import Dynamics
+    from .analysing.dynamics import Dynamics
 
 MANY_FALSE = 0.1
 """Share of false neighbours from which on an embedding hides the exponent."""

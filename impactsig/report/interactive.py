@@ -14,14 +14,14 @@ from ..impacts import flag_names
 from ..plot.axes import VERMILLION
 from ..plot.records.waveforms import marker_heights
 from ..plot.stops import by_stop
+from .analysing.samples import Span, by_interest
 from .contents import printable
-from .samples import Span, by_interest
 from .tables import columns_shown, intervals_before
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
     from ..recording import Recording
-    from .analysis import Analysis
+    from .analysing.analysis import Analysis
 
 MARKED = 10_000
 """Impacts marked and listed at most; beyond that they would make the page slow and large."""

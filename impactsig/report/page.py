@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from .._arguments import path
-from .._atomic import atomic_path
+from .._files.atomic import atomic_path
 from ..errors import InvalidInput
 from ._template import page_of
-from .analysis import Analysis, analyse
+from .analysing.analysis import Analysis, analyse
 from .cards import tiles
 from .contents import (
     channels_in_words,

@@ -6,13 +6,13 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from .._corrections import in_words
-from .._standard_input import NAME, is_standard_input
-from .dynamics import READ, SEED, TESTED
+from .._files.standard_input import NAME, is_standard_input
+from .._trains.corrections import in_words
+from .analysing.dynamics import READ, SEED, TESTED
 
 if TYPE_CHECKING:
-    from .analysis import Analysis
-    from .dynamics import Dynamics
+    from .analysing.analysis import Analysis
+    from .analysing.dynamics import Dynamics
 
 
 def command(analysis: Analysis) -> str:

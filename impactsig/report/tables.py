@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .._impact_columns import ERRORS, MEASURED, SHARED
+from .._trains.impact_columns import ERRORS, MEASURED, SHARED
 from ..impacts import flag_names
 from .contents import printable
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._arguments import flag, instance, number, one_of_them
-from .._watched import following
+from .._running.watched import following
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from .basis.contract import Engine, Moment, run_on

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._arguments import Seed, limits, thread_count, whole
+from .._running.threads import in_threads
 from .._showing import Shown
-from .._threads import in_threads
 from ..errors import InvalidInput
 from ..oscillators import Oscillator, Rigid
 from ..studies.device import Executor, on_gpu

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from .._atomic import atomic_path
 from .._extras import library
+from .._files.atomic import atomic_path
 from ..errors import ImpactsigError, InvalidInput, MissingExtra, UnreadableFile, UnwritableFile
 from ._grid import Grid, Tiling
 from ._layout import Layout, missing

@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import _public, _sources
+from .. import _public
+from .._compiling import sources
 
 HOME, MAIN = __name__.partition(".")[0], "__main__"
 DIGITS = 32
@@ -258,22 +259,22 @@ def own_code(modules: frozenset[str], names: frozenset[str]) -> str:
     listed = _public.FUNCTIONS | _public.RESULTS
     where = {name: module or name for name, module in listed.items()}
     files: set[Path] = set()
-    left = [_sources.ROOT.parent.joinpath(*name.split(".")) for name in modules]
+    left = [sources.ROOT.parent.joinpath(*name.split(".")) for name in modules]
     while left:
         place = left.pop()
-        file = _sources.module(place)
+        file = sources.module(place)
         if file is None or file in files:
             continue
-        public = {where.get(name, name) for name in names} if place == _sources.ROOT else names
+        public = {where.get(name, name) for name in names} if place == sources.ROOT else names
         inside = [place.joinpath(*name.split(".")) for name in public if _is_path(name)]
         if file.name == "__init__.py":
-            left += [one for one in inside if _sources.module(one) is not None]
-        if place != _sources.ROOT:
+            left += [one for one in inside if sources.module(one) is not None]
+        if place != sources.ROOT:
             files.add(file)
     if not files:  # the functions name nothing of the package: they may use all of it
-        places = [_sources.ROOT.joinpath(*name.split(".")) for name in where.values()]
-        files = {file for file in map(_sources.module, places) if file is not None}
-    return digest(_sources.digest(_sources.reached(files)))
+        places = [sources.ROOT.joinpath(*name.split(".")) for name in where.values()]
+        files = {file for file in map(sources.module, places) if file is not None}
+    return digest(sources.digest(sources.reached(files)))
 
 
 def _is_path(name: str) -> bool:

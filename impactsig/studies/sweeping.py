@@ -13,18 +13,18 @@ import numpy as np
 from .._arguments import Seed, choice, flag, instance, streams, thread_count, whole
 from .._arguments import function as called
 from .._arguments import path as path_of
-from .._watched import progress as bar
+from .._running.watched import progress as bar
 from ..errors import ImpactsigWarning, InvalidInput
 from ._cells import Job, Outcome, run_cells
-from ._gpu import Gpu
 from ._grid import Grid, Tiling, grid_of, tile_shape
 from ._identity import identity_of, refuse_other
-from ._payload import pack
-from ._pool import Executor, Serial, Threads
-from ._processes import Processes
 from ._results import Results
 from ._store import Store, claim, locked
 from .device import own_threads, parts_of_device
+from .executors.gpu import Gpu
+from .executors.payload import pack
+from .executors.pool import Executor, Serial, Threads
+from .executors.processes import Processes
 from .fingerprint import code_of
 from .study import Study, stored
 
@@ -217,7 +217,7 @@ def _executor(
             raise InvalidInput(
                 "client", client, "no executor or workers beside it", "The cluster has its own"
             )
-        from ._cluster import Cluster
+        from .executors.cluster import Cluster
 
         return Cluster(client, pack(job, code))
     if kind == "gpu":

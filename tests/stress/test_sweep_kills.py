@@ -33,7 +33,7 @@ import os, signal, sys, time, warnings
 import numpy as np, zarr
 from impactsig import sweep
 from tests.cells import logged
-import cloudpickle, impactsig.studies._processes
+import cloudpickle, impactsig.studies.executors.processes
 folder, log, executor, rows = sys.argv[1:]
 axes = {"a": np.arange(int(rows)), "b": np.linspace(0, 1, 20)}
 for line in sys.stdin:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactsig import InvalidInput, plot
-from impactsig._calibration_bins import calibration_bins
+from impactsig.plot.records._calibration_bins import calibration_bins
 
 
 def test_bins_shares_and_scores():

@@ -13,7 +13,7 @@ import pytest
 import soundfile
 
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
-from impactsig._standard_input import FOLDER
+from impactsig._files.standard_input import FOLDER
 from impactsig.cli import _commands
 
 RATE = 50_000

@@ -145,7 +145,7 @@ def test_the_same_command_goes_on(chart, capsys):
 
 def test_a_cluster_that_is_not_there(tmp_path, monkeypatch, capsys):
     pytest.importorskip("distributed")
-    from impactsig.studies import _cluster
+    from impactsig.studies.executors import cluster as _cluster
 
     monkeypatch.setattr(_cluster, "PATIENCE", "0.5s")
     words = ["--over", "frequency=20,21", *BRIEF, "--cluster=tcp://127.0.0.1:9", "-o", tmp_path]

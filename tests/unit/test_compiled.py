@@ -17,19 +17,20 @@ from pathlib import Path
 import pytest
 from numba.core.registry import cpu_target
 
-from impactsig import _compiled, _sources
-from impactsig._private import private_directory
-from impactsig._turns import Turn
+from impactsig._compiling import compiled as _compiled
+from impactsig._compiling import sources
+from impactsig._files.private import private_directory
+from impactsig._files.turns import Turn
 
 INNER = """
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 
 @njit()
 def inner(x):
     return {factor} * x
 """
 OUTER = """
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 from .{folder}inner import inner
 
 @njit()
@@ -37,7 +38,7 @@ def outer(x):
     return inner(x) + 1
 """
 INNER_EXPLAINED = '''"""Doubles numbers."""
-from impactsig._compiled import njit  # cached
+from impactsig._compiling.compiled import njit  # cached
 
 # Two
 # lines.
@@ -48,7 +49,7 @@ def inner(x):
 '''
 OUTER_EXPLAINED = '''"""Doubles numbers and adds one."""
 
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 from .inner import inner
 
 
@@ -63,7 +64,7 @@ def outer(x):
 SERVER = """
 import json, os, resource, sys, warnings
 import numba
-import impactsig._compiled
+import impactsig._compiling.compiled
 
 numba.njit(lambda x: 2 * x + 1)(5)  # loads what any compilation needs
 for line in sys.stdin:
@@ -264,7 +265,7 @@ else:
 
 def test_functions_of_one_name_are_kept_apart(package, run):
     (package / "outer.py").write_text("""
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 
 @njit()
 def outer(x):
@@ -283,7 +284,7 @@ def outer(x):
 def test_a_constant_is_compiled_as_any_number(package, run):
     """Once for its type, not once for each value."""
     (package / "outer.py").write_text("""
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 from .inner import inner
 
 @njit()
@@ -317,8 +318,8 @@ def test_state_is_of_what_is_imported_and_of_nothing_else(tmp_path, monkeypatch)
     assert state(names="A = 2\n") != first
     # And of how kernels are kept: a file may leave it to another to compile its functions.
     text = Path(_compiled.__file__).read_text()
-    (tmp_path / "_compiled.py").write_text(text + "form = 2\n")
-    monkeypatch.setattr(_compiled, "__file__", str(tmp_path / "_compiled.py"))
+    (tmp_path / "compiled.py").write_text(text + "form = 2\n")
+    monkeypatch.setattr(_compiled, "__file__", str(tmp_path / "compiled.py"))
     assert state(last="") != first
 
 
@@ -591,7 +592,7 @@ assert "scipy.linalg.cython_blas" in sys.modules
 
 def test_what_compiles_kernels_reaches_no_more_than_it_needs():
     """All kernels are compiled anew when one of these files changes."""
-    reached = _sources.reached([Path(_compiled.__file__)])
+    reached = sources.reached([Path(_compiled.__file__)])
     names = {one.name for one in reached}
-    assert {"_compiled.py", "_linking.py", "_worked_out_once.py", "_written_briefly.py"} <= names
+    assert {"compiled.py", "_linking.py", "_worked_out_once.py", "_written_briefly.py"} <= names
     assert len(names) < 15

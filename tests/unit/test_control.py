@@ -32,7 +32,7 @@ from impactsig import (
     stability_chart,
 )
 from impactsig.control.running import delayed as _delayed
-from impactsig.control.running._line import cut
+from impactsig.control.running.delays.line import cut
 from impactsig.dynamics.periodic.collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
 from impactsig.results import ControlledMotion

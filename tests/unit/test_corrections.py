@@ -17,7 +17,7 @@ from impactsig import (
     detect_many,
     synthesize,
 )
-from impactsig._correction_files import COLUMNS
+from impactsig._trains.correction_files import COLUMNS
 from impactsig.impacts import EDITED
 from impactsig.report import analyse
 from impactsig.report.contents import notes

@@ -10,7 +10,7 @@ import pytest
 import impactsig
 from benchmarks.errors import MEASURED, SHAPES, cramer_rao, errors, record
 from benchmarks.recordings import add_pulses
-from impactsig._impact_columns import ERRORS
+from impactsig._trains.impact_columns import ERRORS
 from impactsig.impacts import CLIPPED, OPEN_END, OPEN_START
 
 

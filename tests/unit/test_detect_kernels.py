@@ -7,9 +7,14 @@ import pytest
 
 from impactsig.detect.instrument.line import PLACES, Line
 from impactsig.detect.pulses._half_sine_kernels import is_half_sine
-from impactsig.detect.pulses._shared_shape_kernels import _invert_all
+from impactsig.detect.pulses.shape._shared_shape_kernels import _invert_all
 from impactsig.detect.search._background_kernels import next_marked
-from impactsig.detect.search.event_kernels import _leading, explained, near_crests, strongest_first
+from impactsig.detect.search.events.event_kernels import (
+    _leading,
+    explained,
+    near_crests,
+    strongest_first,
+)
 from impactsig.detect.search.judging_kernels import with_neighbors
 from impactsig.detect.signal.grid import Grid
 from impactsig.detect.signal.ladder import HALF_SINE_GAIN, MATCH, ladder

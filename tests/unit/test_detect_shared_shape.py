@@ -7,7 +7,9 @@ import pytest
 from scipy import integrate
 
 from impactsig.detect.pulses._model import LENGTH, SKEW, WIDER
-from impactsig.detect.pulses._shared_shape_kernels import (
+from impactsig.detect.pulses.edges import FIT
+from impactsig.detect.pulses.fit_errors import KEPT, SQUARE
+from impactsig.detect.pulses.shape._shared_shape_kernels import (
     LEAST,
     ROUNDS,
     SHAPES,
@@ -15,8 +17,6 @@ from impactsig.detect.pulses._shared_shape_kernels import (
     estimate_shape,
     set_free,
 )
-from impactsig.detect.pulses.edges import FIT
-from impactsig.detect.pulses.fit_errors import KEPT, SQUARE
 
 CONTACT = LENGTH - SKEW
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.errors import errors
-from impactsig.detect.pulses._touch import FIRST, LAST, STRETCHES, read_touch
+from impactsig.detect.pulses.shape._touch import FIRST, LAST, STRETCHES, read_touch
 
 
 def mean_edge(touch, power, noise, seed=0):

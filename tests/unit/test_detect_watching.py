@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import impactsig
-from impactsig import _compiled, _impact_tables, _watched
-from impactsig._threads import in_threads
-from impactsig._watched import following, progress
+from impactsig._compiling import compiled
+from impactsig._running import watched
+from impactsig._running.threads import in_threads
+from impactsig._running.watched import following, progress
+from impactsig._trains import impact_tables
 from impactsig.cli import _warmup as _warmup_command
 
 
@@ -24,7 +26,7 @@ class Terminal(io.StringIO):
 
 
 KERNELS = """
-from impactsig._compiled import njit
+from impactsig._compiling.compiled import njit
 
 @njit()
 def first(x):
@@ -39,7 +41,7 @@ def second(x):
 def compile_two(folder, monkeypatch):
     (folder / "two_kernels.py").write_text(KERNELS)
     monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(_compiled, "_announced", [])
+    monkeypatch.setattr(compiled, "_announced", [])
     kernels = importlib.import_module("two_kernels")
     monkeypatch.delitem(sys.modules, "two_kernels")
     assert (kernels.first(1), kernels.second(1)) == (2, 3)
@@ -77,7 +79,7 @@ def told(monkeypatch):
             self.entry[1] += count
 
     monkeypatch.setattr("tqdm.tqdm", Bar)
-    monkeypatch.setattr(_watched, "watched", lambda: True)
+    monkeypatch.setattr(watched, "watched", lambda: True)
     return bars
 
 
@@ -120,8 +122,8 @@ def test_nobody_else_sees_anything(capfd, monkeypatch, tmp_path):
 
 
 def test_a_kernel_is_followed_while_it_runs(monkeypatch):
-    monkeypatch.setattr(_watched, "DELAY", 0.0)
-    monkeypatch.setattr(_watched, "_LOOK", 0.001)
+    monkeypatch.setattr(watched, "DELAY", 0.0)
+    monkeypatch.setattr(watched, "_LOOK", 0.001)
     looked = threading.Event()
 
     def done():
@@ -162,9 +164,9 @@ def test_a_run_tells_how_far_it_is(monkeypatch, module, system, asked, total, un
 
 def test_nobody_watches_one_of_many_processes(monkeypatch):
     monkeypatch.setattr(sys, "stderr", Terminal())
-    assert _watched.watched()
-    monkeypatch.setattr(_watched.multiprocessing, "parent_process", lambda: "the caller")
-    assert not _watched.watched()
+    assert watched.watched()
+    monkeypatch.setattr(watched.multiprocessing, "parent_process", lambda: "the caller")
+    assert not watched.watched()
 
 
 def test_a_long_train_is_written_in_sight(monkeypatch, tmp_path):
@@ -176,7 +178,7 @@ def test_a_long_train_is_written_in_sight(monkeypatch, tmp_path):
         told.append((total, unit))
         yield told.append
 
-    monkeypatch.setattr(_impact_tables, "progress", bar)
+    monkeypatch.setattr(impact_tables, "progress", bar)
     train.to_csv(tmp_path / "a.csv")
     assert told == [(25_000, " rows"), 10_000, 10_000, 5000]
     back = impactsig.Impacts.read_csv(tmp_path / "a.csv")

@@ -24,7 +24,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.dynamics.diagrams._strobing import closing
+from impactsig.dynamics.diagrams.settling.strobing import closing
 from impactsig.plot.systems.diagrams import LABELS
 
 SHAW_HOLMES = 0.5810258993557  # approach velocity of the 22.1 Hz beam, a root of the closed form

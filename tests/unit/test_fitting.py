@@ -26,16 +26,17 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.fitting import _asked, _orbit_kernels, _outcome, fit
-from impactsig.fitting._balance import Courses, Values, badness, courses, imbalance
+from impactsig.fitting import _asked, _outcome, fit
 from impactsig.fitting._judging import Judgement
 from impactsig.fitting._machine import PARAMETERS, as_train, parameters_of
-from impactsig.fitting._moments import Moments
-from impactsig.fitting._narrow import Cloud, Regression, narrow, whitening
-from impactsig.fitting._orbit import Sight, approach, floor_of, follow, machine_of
-from impactsig.fitting._orbit_kernels import Noise
-from impactsig.fitting._partition import Partition, Train
-from impactsig.fitting._problem import Problem
+from impactsig.fitting.orbits import orbit_kernels
+from impactsig.fitting.orbits.orbit import Sight, approach, floor_of, follow, machine_of
+from impactsig.fitting.orbits.orbit_kernels import Noise
+from impactsig.fitting.searching.narrow import Cloud, Regression, narrow, whitening
+from impactsig.fitting.searching.problem import Problem
+from impactsig.fitting.trains.balance import Courses, Values, badness, courses, imbalance
+from impactsig.fitting.trains.moments import Moments
+from impactsig.fitting.trains.partition import Partition, Train
 from tests.fitting import NATURAL, Linear, chaos, measured
 
 TRUTH = {"restitution": 0.2, "damping": 0.03, "amplitude": 0.25}
@@ -108,7 +109,7 @@ def orbit_of(count, jitter=0.0, strength_noise=0.0, seed=0, **chain):
 
 def leg(theta, start, end):
     off, slopes = np.zeros((2, 5)), np.zeros((2, 7))
-    _orbit_kernels.leg(machine_of(theta), 1.0, *start, 1.0, *end, off, slopes, True)
+    orbit_kernels.leg(machine_of(theta), 1.0, *start, 1.0, *end, off, slopes, True)
     return off, slopes[:, :5]
 
 
@@ -176,8 +177,8 @@ def test_smoothing_is_what_the_slow_twin_finds(slack):
     joined[4] = False
     node = sight.seen[:, :2] / [1, scale]
     given = (machine, scale, noise, slack, sight.seen, joined, node)
-    found = _orbit_kernels.smooth(*given, 30, 1e-9)
-    gradient, information = _orbit_kernels.project(*given)
+    found = orbit_kernels.smooth(*given, 30, 1e-9)
+    gradient, information = orbit_kernels.project(*given)
     expected, off, slopes = dense(sight, theta, noise, slack, joined)
     np.testing.assert_allclose(node, expected, atol=1e-6)
     assert found.objective == pytest.approx(off @ off, rel=1e-6)
@@ -205,11 +206,11 @@ def test_release_is_by_what_the_objective_falls():
     noise = Noise(0.002, 0.005)
     given = machine_of(theta), math.exp(theta[5]), noise, 1e-3, sight.seen
     node = sight.seen[:, :2] / [1, 2]
-    whole = _orbit_kernels.smooth(*given, sight.joined, node, 30, 1e-9)
+    whole = orbit_kernels.smooth(*given, sight.joined, node, 30, 1e-9)
     for k in (3, 11, 20):
         joined = sight.joined.copy()
         joined[k] = False
-        freed = _orbit_kernels.smooth(*given, joined, node.copy(), 30, 1e-9)
+        freed = orbit_kernels.smooth(*given, joined, node.copy(), 30, 1e-9)
         fall = whole.objective - freed.objective
         assert whole.release[k] == pytest.approx(fall, rel=0.1, abs=0.02)
 

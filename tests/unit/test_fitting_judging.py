@@ -16,8 +16,8 @@ from matplotlib import pyplot
 from impactsig import InvalidInput, Rigid, Stop, fit_oscillator, scenes, simulate
 from impactsig.fitting import _judging, _outcome, fit
 from impactsig.fitting._judging import compared, judged
-from impactsig.fitting._partition import Train
 from impactsig.fitting.result import OscillatorFit
+from impactsig.fitting.trains.partition import Train
 from tests.fitting import NATURAL, chaos, measured
 
 TRAINS, COUNT = 20, 120

@@ -20,19 +20,19 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.fitting import _together, joint
-from impactsig.fitting._contact_kernels import bounce, contacts
-from impactsig.fitting._echoes import _dithered, echoes, without
-from impactsig.fitting._followed import Followed, Laid, Seen
-from impactsig.fitting._like_kernels import distances
 from impactsig.fitting._machine import PARAMETERS
-from impactsig.fitting._orbit import machine_of
-from impactsig.fitting._orbit_kernels import leg
-from impactsig.fitting._partition import Train
-from impactsig.fitting._path_kernels import Chain
-from impactsig.fitting._simulated import chained
-from impactsig.fitting._together import WIDEST, Joint, Layout, covariance_of
-from impactsig.fitting.joint import _without_echoes, mirrored
+from impactsig.fitting.orbits._contact_kernels import bounce, contacts
+from impactsig.fitting.orbits._path_kernels import Chain
+from impactsig.fitting.orbits.followed import Followed, Laid, Seen
+from impactsig.fitting.orbits.orbit import machine_of
+from impactsig.fitting.orbits.orbit_kernels import leg
+from impactsig.fitting.searching.simulated import chained
+from impactsig.fitting.together import _together, joint
+from impactsig.fitting.together._like_kernels import distances
+from impactsig.fitting.together._together import WIDEST, Joint, Layout, covariance_of
+from impactsig.fitting.together.joint import _without_echoes, mirrored
+from impactsig.fitting.trains.echoes import _dithered, echoes, without
+from impactsig.fitting.trains.partition import Train
 from impactsig.simulate.batches.trains import Impacting
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3

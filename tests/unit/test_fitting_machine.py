@@ -17,11 +17,11 @@ from matplotlib import pyplot
 from benchmarks import joint_fit
 from impactsig import InvalidInput, fit_oscillator, measure, scenes, simulate
 from impactsig.fitting import fit
-from impactsig.fitting._balance import Courses, Values, forcings
-from impactsig.fitting._followed import Followed, Seen
-from impactsig.fitting._path import course
-from impactsig.fitting._path_kernels import Chain
 from impactsig.fitting.machine import Aside, machine_of_runs
+from impactsig.fitting.orbits._path import course
+from impactsig.fitting.orbits._path_kernels import Chain
+from impactsig.fitting.orbits.followed import Followed, Seen
+from impactsig.fitting.trains.balance import Courses, Values, forcings
 from tests.fitting import NATURAL, chaos
 
 FREQUENCIES = (20.1, 20.3355)

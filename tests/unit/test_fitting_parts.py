@@ -12,12 +12,12 @@ from benchmarks import misfit
 from impactsig import InvalidInput, fit_oscillator
 from impactsig.fitting._asked import limits_of
 from impactsig.fitting._machine import as_train
-from impactsig.fitting._moments import Moments
-from impactsig.fitting._narrow import beside, narrow
-from impactsig.fitting._partition import Train
-from impactsig.fitting._problem import Problem
-from impactsig.fitting._refine import _first
-from impactsig.fitting._search import begin, chain
+from impactsig.fitting.searching.narrow import beside, narrow
+from impactsig.fitting.searching.problem import Problem
+from impactsig.fitting.searching.refine import _first
+from impactsig.fitting.searching.search import begin, chain
+from impactsig.fitting.trains.moments import Moments
+from impactsig.fitting.trains.partition import Train
 from tests.fitting import NATURAL, Linear, chaos
 
 # -- moments -----------------------------------------------------------------------------------

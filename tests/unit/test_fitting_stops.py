@@ -12,10 +12,10 @@ from impactsig import KelvinVoigt, Rigid, Stop, fit_oscillator, scenes, simulate
 from impactsig.fitting import _outcome
 from impactsig.fitting._asked import limits_of
 from impactsig.fitting._machine import as_train
-from impactsig.fitting._orbit_kernels import OWN
-from impactsig.fitting._problem import Problem
-from impactsig.fitting._refine import orbits
+from impactsig.fitting.orbits.orbit_kernels import OWN
 from impactsig.fitting.result import DECIDED
+from impactsig.fitting.searching.problem import Problem
+from impactsig.fitting.searching.refine import orbits
 from tests.fitting import measured
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from impactsig import simulate
 from impactsig.fitting._judging import HOPELESS, Judgement
-from impactsig.fitting._laying_kernels import leave_out
 from impactsig.fitting._machine import oscillator
-from impactsig.fitting._moments import Moments
-from impactsig.fitting._partition import Train
-from impactsig.fitting._simulated import Beginnings, chained, simulated
+from impactsig.fitting.orbits._laying_kernels import leave_out
+from impactsig.fitting.searching.simulated import Beginnings, chained, simulated
+from impactsig.fitting.trains.moments import Moments
+from impactsig.fitting.trains.partition import Train
 from impactsig.simulate.batches.trains import Impacting, impacts_of_many
 
 FREQUENCY = 20.1

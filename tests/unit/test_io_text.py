@@ -391,7 +391,7 @@ def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
 
 @pytest.mark.parametrize("steps", [1, 2, 7, 64, 1000])
 def test_times_are_judged_alike_in_pieces_of_any_size(monkeypatch, steps):
-    from impactsig.io import _timebase
+    from impactsig.io.times import timebase
 
     rng = np.random.default_rng(17)
     even = 3 + np.arange(500) / 64
@@ -403,10 +403,10 @@ def test_times_are_judged_alike_in_pieces_of_any_size(monkeypatch, steps):
     cases.append((rounded, 0.01))
 
     def judged():
-        return [repr(_timebase.time_base(*case)) for case in cases]
+        return [repr(timebase.time_base(*case)) for case in cases]
 
     whole = judged()
-    monkeypatch.setattr(_timebase, "_NEAR", steps)
-    monkeypatch.setattr(_timebase, "_FAR", 3 * steps)
+    monkeypatch.setattr(timebase, "_NEAR", steps)
+    monkeypatch.setattr(timebase, "_FAR", 3 * steps)
     assert judged() == whole
     assert sum("rate=64.0" in found for found in whole) == 3  # even, the first two, and rounded

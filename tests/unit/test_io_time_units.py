@@ -7,7 +7,7 @@ import pytest
 
 import impactsig.io as io
 from impactsig.errors import InvalidInput
-from impactsig.io._timebase import rate_of_step, time_base
+from impactsig.io.times.timebase import rate_of_step, time_base
 
 from .test_io_lvm import header as lvm_header
 from .test_io_lvm import segment as lvm_segment

@@ -26,15 +26,15 @@ from impactsig import (
     read,
     write_report,
 )
-from impactsig._impact_columns import columns
+from impactsig._trains.impact_columns import columns
 from impactsig.detect import files as _files
 from impactsig.report import Analysis, analyse, write_page
-from impactsig.report.analysis import mean_and_spread
+from impactsig.report.analysing.analysis import mean_and_spread
+from impactsig.report.analysing.channels import overview_of, typical
+from impactsig.report.analysing.samples import by_interest, windows
 from impactsig.report.cards import tiles
-from impactsig.report.channels import overview_of, typical
 from impactsig.report.contents import notes, printable
 from impactsig.report.interactive import MARKED, marked, numbers, script_safe
-from impactsig.report.samples import by_interest, windows
 from impactsig.report.tables import download, table
 
 RATE = 50_000

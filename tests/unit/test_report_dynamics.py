@@ -13,10 +13,10 @@ import pytest
 import impactsig
 from impactsig import Impacts, ImpactsigWarning, cli, identify_period
 from impactsig.report import Dynamics, analyse, write_page
-from impactsig.report import dynamics as dynamics_module
+from impactsig.report.analysing import dynamics as dynamics_module
+from impactsig.report.analysing.dynamics import SEED, exponent_of, read_dynamics
 from impactsig.report.cards import tiles
 from impactsig.report.contents import parameters
-from impactsig.report.dynamics import SEED, exponent_of, read_dynamics
 from impactsig.report.findings import care, findings, verdict
 
 SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"

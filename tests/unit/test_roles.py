@@ -22,7 +22,8 @@ from impactsig.detect.roles import (
     role_by_look,
 )
 from impactsig.impacts import Impacts
-from impactsig.report import analyse, choosing
+from impactsig.report import analyse
+from impactsig.report.analysing import choosing
 from impactsig.report.contents import channels_in_words
 
 RATE = 20_000

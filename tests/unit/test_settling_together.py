@@ -23,8 +23,8 @@ from impactsig import (
     tangent_map,
 )
 from impactsig.dynamics.diagrams._exponents import exponents_of
-from impactsig.dynamics.diagrams._settling import settle
-from impactsig.dynamics.diagrams._settling_together import Settling, in_blocks
+from impactsig.dynamics.diagrams.settling.settling import settle
+from impactsig.dynamics.diagrams.settling.together import Settling, in_blocks
 from impactsig.oscillators import Force
 
 VALUES = np.linspace(19.5, 24.0, 24)

@@ -26,11 +26,12 @@ from impactsig import (
 from impactsig.cli._parser import parser
 from impactsig.detect import files as _files
 from impactsig.plot.axes import BLUE, GREY, ORANGE
-from impactsig.report import analyse, channels
+from impactsig.report import analyse
+from impactsig.report.analysing import channels
+from impactsig.report.analysing.samples import seen
 from impactsig.report.contents import parameters
 from impactsig.report.interactive import numbers
 from impactsig.report.reproduction import command, python_lines
-from impactsig.report.samples import seen
 from impactsig.report.tables import table
 
 RATE = 50_000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._band_kernels import RANGE, background, group_means
-from impactsig.detect.sound._bands import Spectrum, bands_at, degrees_of_freedom
-from impactsig.detect.sound._floor import noise_power, quantile_bias
+from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
+from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
+from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
 
 
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 96_000])

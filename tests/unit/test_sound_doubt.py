@@ -8,9 +8,9 @@ from benchmarks.recordings import microphone, score
 from benchmarks.sound_disturbances import reverberant
 from benchmarks.varied_sound import record
 from impactsig import Recording, detect_impacts
-from impactsig.detect.sound._calibrated import calibrated
 from impactsig.detect.sound._clipping import Limits
-from impactsig.detect.sound._doubt import Doubt
+from impactsig.detect.sound.deciding.calibrated import calibrated
+from impactsig.detect.sound.deciding.doubt import Doubt
 
 
 def test_expectation_of_probabilities():

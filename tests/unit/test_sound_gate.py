@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._gate_kernels import (
+from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
     heard_shares,

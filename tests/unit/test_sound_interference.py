@@ -9,13 +9,13 @@ from scipy import signal
 from benchmarks.recordings import score
 from benchmarks.sound_timing import pink
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound._band_kernels import band_growth
 from impactsig.detect.sound._nearby import (
     greatest_near,
     greatest_within,
     number_as_high,
     ranked,
 )
+from impactsig.detect.sound.powers.band_kernels import band_growth
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050

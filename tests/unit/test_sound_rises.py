@@ -12,8 +12,8 @@ from impactsig.detect.sound._rise_kernels import (
     low_likelihood,
     octave_likelihood,
 )
-from impactsig.detect.sound._rise_odds import by_octave, high_crests
 from impactsig.detect.sound._rises import clear_ratio
+from impactsig.detect.sound.deciding._rise_odds import by_octave, high_crests
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050.0

@@ -8,8 +8,15 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.sound_timing import MODES, band_limited
 from benchmarks.varied_sound import result
-from impactsig.detect.sound._notes import mains_notes
-from impactsig.detect.sound._swells import CROWD, STEEP, SWELLS, crowds, most_odds, sharpness
+from impactsig.detect.sound.deciding.notes import mains_notes
+from impactsig.detect.sound.deciding.swells import (
+    CROWD,
+    STEEP,
+    SWELLS,
+    crowds,
+    most_odds,
+    sharpness,
+)
 from tests.unit.test_detect_sound import detect
 
 

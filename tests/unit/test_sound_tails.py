@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactsig.detect.sound._survey import SAMPLED, Passage
-from impactsig.detect.sound._tails import beyond_tails, decay_rate
+from impactsig.detect.sound.deciding._tails import beyond_tails, decay_rate
 
 SECONDS = 0.4e-3  # a frame
 PLACE = np.arange(100, 5000, 450)

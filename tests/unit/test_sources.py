@@ -7,8 +7,8 @@ import tokenize
 
 import pytest
 
-from impactsig import _sources
-from impactsig._sources import ROOT, reached
+from impactsig._compiling import sources
+from impactsig._compiling.sources import ROOT, reached
 
 
 def statements(source):
@@ -27,7 +27,7 @@ def statements(source):
 def test_code_is_what_the_tokenizer_sees():
     for path in sorted(ROOT.rglob("*.py"))[::4]:
         source = path.read_text()
-        assert statements(_sources.code(source)) == statements(source), path
+        assert statements(sources.code(source)) == statements(source), path
 
 
 SAME = """def f(x):
@@ -46,7 +46,7 @@ SAME = """def f(x):
     ],
 )
 def test_comments_and_docstrings_are_no_code(other):
-    assert _sources.code(other) == _sources.code(SAME)
+    assert sources.code(other) == sources.code(SAME)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_comments_and_docstrings_are_no_code(other):
     ],
 )
 def test_everything_else_is_code(one, other):
-    assert _sources.code(one) != _sources.code(other)
+    assert sources.code(one) != sources.code(other)
 
 
 def test_imports_are_followed_wherever_they_stand(tmp_path):

@@ -19,9 +19,9 @@ from impactsig import (
     periodicity_chart,
     scenes,
 )
-from impactsig.dynamics.diagrams._cells import follow_cells
-from impactsig.dynamics.diagrams._closing import _about_to_close
-from impactsig.dynamics.diagrams._settling import settle
+from impactsig.dynamics.diagrams.settling.cells import follow_cells
+from impactsig.dynamics.diagrams.settling.closing import _about_to_close
+from impactsig.dynamics.diagrams.settling.settling import settle
 from impactsig.simulate.basis.columns import columns_of, form_of
 from impactsig.simulate.basis.events import STROBE_IMPACTS
 from impactsig.simulate.exact.modes import SHARED, stacks, tables

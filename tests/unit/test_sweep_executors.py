@@ -24,10 +24,10 @@ from impactsig import (
     open_study,
     sweep,
 )
-from impactsig.studies import _payload
 from impactsig.studies._cells import Job
 from impactsig.studies._grid import grid_of
-from impactsig.studies._payload import pack, unpack
+from impactsig.studies.executors import payload
+from impactsig.studies.executors.payload import pack, unpack
 from impactsig.studies.fingerprint import code_of
 from tests.cells import (
     Unprintable,
@@ -242,7 +242,7 @@ def test_a_dask_worker_killed_twice(client, cluster):
 def test_a_task_that_comes_after_its_sweep_starts_no_process(monkeypatch):
     """Word that a sweep is over may overtake the word that its tasks are not wanted."""
     pytest.importorskip("distributed")
-    from impactsig.studies import _cluster
+    from impactsig.studies.executors import cluster as _cluster
 
     _cluster.release("a sweep")
     monkeypatch.setattr(subprocess, "Popen", None)
@@ -272,7 +272,7 @@ def test_no_process_is_left_behind():
     children = subprocess.run(
         ["ps", "-o", "args=", "--ppid", str(os.getpid())], capture_output=True, text=True
     ).stdout
-    assert "studies._worker" not in children
+    assert "executors._worker" not in children
 
 
 # -- what cannot be sent ---------------------------------------------------------------------------
@@ -288,7 +288,7 @@ def test_a_function_that_cannot_be_pickled_is_refused(monkeypatch):
     with pytest.raises(InvalidInput, match=r"^function: .*held.*required: one that can be pickled"):
         sweep(held, {"a": [1]}, executor="processes")
     assert sweep(held, {"a": [1]}, executor="threads")["value"] == [1.0]
-    monkeypatch.setattr(_payload.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(payload.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InvalidInput, match=r"install impactsig\[studies\]"):
         sweep(lambda a: a, {"a": [1]}, executor="processes")
 
@@ -353,7 +353,7 @@ def test_what_a_function_prints_is_no_answer():
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "here"])
 def test_a_cluster_that_is_not_there(address, monkeypatch):
     pytest.importorskip("distributed")
-    from impactsig.studies import _cluster
+    from impactsig.studies.executors import cluster as _cluster
 
     monkeypatch.setattr(_cluster, "PATIENCE", "1s")
     with pytest.raises(InvalidInput, match=r"^client: got .* a dask scheduler that answers"):

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from impactsig import ImpactsigError, ImpactsigWarning, InvalidInput, MissingExtra, sweep
-from impactsig.studies import _gpu, sweeping
+from impactsig.studies import sweeping
 from impactsig.studies._cells import Job, Outcome
 from impactsig.studies._grid import grid_of
 from impactsig.studies.device import parts_of_device
+from impactsig.studies.executors import gpu as _gpu
 from tests import cells_device as cells
 from tests.cells import contents, same
 from tests.gpu import pretend_device, simulating
@@ -254,7 +255,7 @@ def test_a_tile_fills_the_gpu(cells_, seconds, wanted):
 def assembly(monkeypatch):
     """What a device would run for a function."""
     pretend_device(monkeypatch)
-    from impactsig.studies import _gpu_kernel
+    from impactsig.studies.executors import _gpu_kernel
 
     def compiled(function, **kinds):
         kinds = kinds or {"a": float, "b": float}

@@ -21,7 +21,7 @@ from impactsig import (
     tangent_map,
 )
 from impactsig.dynamics.periodic import shooting
-from impactsig.dynamics.tangents.tangent_maps import tangent_maps
+from impactsig.dynamics.tangents.batches.tangent_maps import tangent_maps
 
 WALLS = Stop(0.5, Rigid(0.7)), Stop(-0.6, Rigid(0.7), "lower")
 SHAKEN = Oscillator(damping=0.1, base=BaseMotion(1.0, 1.1), stops=WALLS)

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from impactsig._threads import in_threads
+from impactsig._running.threads import in_threads
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])

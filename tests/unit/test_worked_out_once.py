@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numba.core.compiler_lock import global_compiler_lock
 
-from impactsig import _linking
-from impactsig._linking import KNOWN, linked_once
+from impactsig._compiling import _linking
+from impactsig._compiling._linking import KNOWN, linked_once
 
 pytestmark = pytest.mark.skipif(not KNOWN, reason="only one version of numba is told")
 
@@ -46,7 +46,7 @@ def test_a_slice_is_filled_only_with_what_has_its_shape(call):
 
 
 def state():
-    from impactsig._worked_out_once import CHANGED
+    from impactsig._compiling._worked_out_once import CHANGED
 
     return [getattr(owner, name) for owner, name, _ in CHANGED], [new for *_, new in CHANGED]
 

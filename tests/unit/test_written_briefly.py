@@ -10,7 +10,7 @@ import pytest
 from numba.core.registry import cpu_target
 from numba.core.runtime import _nrt_python, rtsys
 
-from impactsig._linking import linked_once
+from impactsig._compiling._linking import linked_once
 
 
 def compiled(function):

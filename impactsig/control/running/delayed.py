@@ -31,13 +31,13 @@ from ...simulate.run import CHUNK, after, work
 from ...simulate.stepping.runge_kutta import RungeKutta, SteppingEngine
 from ..feedback import DelayedFeedback, check_signal
 from ..schedule import Phase
-from .delay_line import DelayLine, basis
-from .series import ORDER as SERIES
-from .series import series_laps, series_room
+from .delays.delay_line import DelayLine, basis
+from .delays.series import ORDER as SERIES
+from .delays.series import series_laps, series_room
 
 if TYPE_CHECKING:
     from ...simulate.basis.delay import Feedback, Line
-    from ._force import Room
+    from .delays.force import Room
 
 ROWS = 4096  # of the delay line, to begin with
 PER_PERIOD, MOST_ROWS = 16, 65_536  # of a long run: what is not written to takes no memory
@@ -71,8 +71,8 @@ class LineRun(ABC):
 
     def begin(self, fb: Feedback, laps: np.ndarray) -> None:
         """Begin a feedback: nothing is smooth here, and what is fed back comes from elsewhere."""
-        from ._line import locate
-        from ._rows import AT, EDGE, FIRST, LAPS
+        from .delays.line import locate
+        from .delays.rows import AT, EDGE, FIRST, LAPS
 
         count = self.count
         count[LAPS], count[EDGE] = max(count[LAPS], laps.max()), 0
@@ -98,7 +98,7 @@ class LineRun(ABC):
     @property
     def number(self) -> int:
         """Number of rows of the delay line."""
-        from ._rows import ROWS as NUMBER
+        from .delays.rows import ROWS as NUMBER
 
         return int(self.count[NUMBER])
 
@@ -126,7 +126,7 @@ class DelayedRun(LineRun):
         chatter: float,
         rows: int = ROWS,
     ) -> None:
-        from ._rows import COUNTS
+        from .delays.rows import COUNTS
 
         self.oscillator = oscillator
         self.phase = phase
@@ -148,7 +148,7 @@ class DelayedRun(LineRun):
 
     def to(self, until: float, feedback: Any) -> None:
         """Advance to `until` forcing periods with a feedback that begins now."""
-        from ._run import run
+        from .delays.run import run
 
         if self.status != "complete":
             return
@@ -264,7 +264,7 @@ def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
 
 def new_room() -> Room:
     """Allocate work arrays for the force over a step."""
-    from ._force import Room
+    from .delays.force import Room
 
     nodes = (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2
     return Room(

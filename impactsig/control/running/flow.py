@@ -46,7 +46,7 @@ class KeptLine(NamedTuple):
 
     def states(self, time: np.ndarray) -> np.ndarray:
         """States at times, shape (n, d)."""
-        from ._flow_run import COORDINATES
+        from .delays.flow_run import COORDINATES
 
         own = [self._course(COORDINATES + k, time) for k in range(self.dimension)]
         return np.stack(own, axis=-1)
@@ -58,7 +58,7 @@ class KeptLine(NamedTuple):
         return self._course(FORCE, time)
 
     def _course(self, which: int, time: np.ndarray) -> np.ndarray:
-        from ._line import sample
+        from .delays.line import sample
 
         if len(self.line.laps) == 0:
             raise InvalidInput("time", time, f"a motion of one step or more ({self.status})")
@@ -177,7 +177,7 @@ class _Going(LineRun, Running):
     def __init__(
         self, flow: Flow, feedbacks: Sequence[Any], initial: Sequence[float] | None
     ) -> None:
-        from ._rows import COUNTS
+        from .delays.rows import COUNTS
 
         super().__init__(flow, None, initial)
         self.system = flow
@@ -193,7 +193,7 @@ class _Going(LineRun, Running):
     def feedback(self, own: DelayedFeedback | None) -> Feedback:
         """The feedback in the kernel's units."""
         from ...simulate.basis.delay import Feedback
-        from ._flow_run import COORDINATES
+        from .delays.flow_run import COORDINATES
 
         if own is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, COORDINATES, 0.0)
@@ -215,7 +215,7 @@ class _Going(LineRun, Running):
 
     def to(self, until: float, feedback: DelayedFeedback | None) -> None:
         """Advance to a time with a feedback that begins now."""
-        from ._flow_run import run
+        from .delays.flow_run import run
 
         if self.status != "complete":
             return

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._spread import DEVIATION_BY_MEDIAN
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
 from ..signal.ladder import FACTOR
 from ..signal.order_kernels import centre_of
 from .coupling_kernels import OFF, regress

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 OFF = 4.0
 """Standard deviations beyond which a value does not lie on its line."""

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..._impact_flags import OPEN_END, OPEN_START
+from ..._compiling.compiled import allocating, kernel
+from ..._trains.impact_flags import OPEN_END, OPEN_START
 from ..pulses.edges import ERRORS
 from ..signal.order_kernels import median_of
 

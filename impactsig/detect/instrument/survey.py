@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ..signal.stream import Frame
 from ._dropouts import without_dropouts
 from .dropout_kernels import may_repeat

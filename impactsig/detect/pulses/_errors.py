@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import kernel
-from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..._compiling.compiled import kernel
+from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from .edges import Baseline, crossing, edge_group
 
 

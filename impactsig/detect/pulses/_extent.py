@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..._compiled import kernel
-from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
+from ..._compiling.compiled import kernel
+from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from .edges import Baseline, remove_baseline, valley, walk
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 from ._small_matrices import factor, solve
 
 FOOT = 0.12  # of the height: what the feet of a pulse lie below

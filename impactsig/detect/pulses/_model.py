@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 
 AMPLITUDE, START, SKEW, FLAT, POWER, LENGTH, POWERS = range(7)
 PARAMETERS = 6

@@ -5,7 +5,7 @@ A = L D L' with ones in the diagonal of L: its place is taken by the reciprocals
 
 from __future__ import annotations
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 
 
 @kernel

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import kernel, njit
+from ..._compiling.compiled import kernel, njit
 from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 from ._errors import Errors, Touch  # noqa: F401  (the type of an argument)
 from ._fit import Fit  # noqa: F401  (the type of an argument)
 from ._model import (

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 
 PAIR = 6  # A, t0, ln T of the first, then of the second
 ALIKE_SD = 0.25  # of the logarithm of the second length over the first

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..._impact_flags import UNRESOLVED
+from ..._compiling.compiled import allocating, kernel
+from ..._trains.impact_flags import UNRESOLVED
 from ..signal.ladder import MATCH
 from ._fit import fit_pair
 from ._small_matrices import factor, invert

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 from ._fit import fit_pair, fit_pulse
 from ._half_sine_kernels import FOOT, is_half_sine
 from ._model import PARAMETERS, put_parameters

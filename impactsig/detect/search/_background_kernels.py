@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating, kernel, njit
-from ..._spread import DEVIATION_BY_MEDIAN
+from ..._compiling.compiled import allocating, kernel, njit
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, select
 
 OUTLYING = 4.0

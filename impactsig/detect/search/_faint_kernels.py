@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import allocating
+from ..._compiling.compiled import allocating
 from ..signal.ladder import FACTOR, Ladder
 from ._response_kernels import Stretch, block_means, crests_on
 

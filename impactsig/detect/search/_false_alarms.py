@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ..signal.probability import excursions
 
 LEAST_SIGMA = 5.0

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..._spread import DEVIATION_BY_MEDIAN
+from ..._compiling.compiled import allocating, kernel
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
 from ..signal.order_kernels import median_of, middle, select
 from ._background_kernels import next_marked
 from ._response_kernels import running_sums

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 from ..signal.ladder import FACTOR, Ladder
 
 GATE = 0.35

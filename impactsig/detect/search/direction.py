@@ -13,10 +13,10 @@ from ..instrument.survey import KEPT, Survey
 from ..signal.grid import Grid
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import centre_of
+from .events.width_kernels import EVENT
 from .judging import LEAST_SAMPLES
 from .span import NO_EVENTS
 from .spans import LEAST, Spans
-from .width_kernels import EVENT
 
 FIRST, AGREED, MANY = 2, 0.7, 10
 """Steepest stretches that are looked at first; the lead, and the clear events in it, that make it

@@ -11,6 +11,7 @@ from ..signal.grid import Grid
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
 from ..signal.probability import probabilities
+from .events.width_kernels import EVENT
 from .judging_kernels import (
     SEVERAL,
     UNLIKE,
@@ -22,7 +23,6 @@ from .judging_kernels import (
     strong_enough,
 )
 from .span import Faint, Span
-from .width_kernels import EVENT
 
 FAINT_FLOOR = 0.02
 """The same for fainter ones than are certain, which a sensor's ringing may be."""

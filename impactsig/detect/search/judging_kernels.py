@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
-from ..._impact_flags import OPEN_END, OPEN_START, UNRESOLVED
-from ..._spread import DEVIATION_BY_MEDIAN
+from ..._compiling.compiled import allocating, kernel
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
+from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import quantile

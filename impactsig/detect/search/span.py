@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._response_kernels import CREST
-from .width_kernels import EVENT
+from .events.width_kernels import EVENT
 
 Faint = tuple[np.ndarray, np.ndarray]
 """Upward and downward crests of the responses at one width."""

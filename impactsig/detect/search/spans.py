@@ -24,9 +24,9 @@ from ._background_kernels import chunk_medians, take
 from ._faint_kernels import find_faint
 from ._noise_kernels import noise_around, read_noise
 from ._response_kernels import CREST, Stretch, find_crests
-from .event_kernels import find_events, near_crests, strongest_first
+from .events.event_kernels import find_events, near_crests, strongest_first
+from .events.width_kernels import EVENT
 from .span import NO_CRESTS, NO_EVENTS, NO_RUNS, Faint, Span, united
-from .width_kernels import EVENT
 
 BESIDE = 2
 """Spans to either side whose noise and hum count."""

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import kernel, njit
+from ..._compiling.compiled import kernel, njit
 
 LOWEST = 3.2
 """Height from which on crests are looked for, in standard deviations of their noise."""

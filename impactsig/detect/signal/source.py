@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._arguments import choice
-from ..._watched import progress
+from ..._running.watched import progress
 from ...errors import InvalidInput
 from ...recording import Recording, Sensor, channel_index
 from .stream import Piece, finite_runs

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 from ..signal.stream import Piece
 from ._windows import Window
 

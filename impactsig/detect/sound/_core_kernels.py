@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes

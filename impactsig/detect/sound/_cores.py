@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._band_kernels import background
-from ._bands import ROUNDING, Bands, degrees_of_freedom
 from ._core_kernels import extremes
-from ._floor import NEARBY, WITHIN, noise_power, quantile_bias
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._nearby import middle
+from .powers.band_kernels import background
+from .powers.bands import ROUNDING, Bands, degrees_of_freedom
+from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, njit
+from ..._compiling.compiled import allocating, njit
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from

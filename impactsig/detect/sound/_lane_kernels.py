@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating
+from ..._compiling.compiled import allocating
 
 _MANTISSA = np.int64(52)  # bits
 _ONE = np.int64(1023 << 52)  # bits of 1.0

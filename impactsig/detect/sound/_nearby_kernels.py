@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 
 @njit(nogil=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import allocating, njit
+from ..._compiling.compiled import allocating, njit
 from ..signal.order_kernels import select
 from ._kernels import BLOCK, halve
 

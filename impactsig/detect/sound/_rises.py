@@ -4,7 +4,7 @@ The octaves of `_kernels.py` end near 1.4 kHz, and narrow bands hear 23 ms: a lo
 within 5 ms hardly raises either. So the wavelet goes on for three octaves, whose coefficients last
 2 to 8 frames. With F_b the mean power of octave b from a frame on, weighted by a line that falls to
 zero, over 4 ms or four coefficients if that is longer, A_b that over as long before it, L_b the
-background (`_floor.py`), and M_b the median power of its PARTs within about 0.1 s, freed from its
+background (`floor.py`), and M_b the median power of its PARTs within about 0.1 s, freed from its
 bias,
 
     H = max(3, n_b / 2 (x_b - 1 - ln x_b)),    x_b = F_b / max(A_b, L_b, M_b) > 1,
@@ -21,7 +21,6 @@ import functools
 
 import numpy as np
 
-from ._floor import quantile_bias
 from ._kernels import BLOCK, EDGE, Scale
 from ._rise_kernels import (
     DEEPEST,
@@ -32,6 +31,7 @@ from ._rise_kernels import (
     low_powers,
     octave_likelihood,
 )
+from .powers.floor import quantile_bias
 
 FEWEST = 4  # coefficients of a mean
 CLEAR = 3.0  # H where nothing rises: less tells little

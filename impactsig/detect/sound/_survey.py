@@ -12,10 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._band_kernels import band_growth, band_rise, group_means
-from ._bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from ._cores import PART, PER, Backgrounds, Core, Levels, reaching
-from ._gate import Gate
 from ._kernels import (
     BLOCK,
     EDGE,
@@ -32,6 +29,9 @@ from ._rise_kernels import DEEPEST, LOCAL, STEP
 from ._rise_kernels import PART as LONG_PART
 from ._rises import Rises
 from ._windows import Window
+from .powers.band_kernels import band_growth, band_rise, group_means
+from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
+from .powers.gate import Gate
 
 SAMPLED = 16  # frames of the octaves, one of which is kept
 LAG = 10e-3  # [s], over which narrow bands rise

@@ -2,12 +2,12 @@
 
 The record is seen in two ways. First in octaves above about 1 kHz (5/3 wavelet), in frames of at
 most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that falls to
-zero, A_b that over the 4 ms before it, and L_b the background (`_floor.py`), the rise is
+zero, A_b that over the 4 ms before it, and L_b the background (`floor.py`), the rise is
 
     C = sum_b w_b max(0, ln(F_b / max(A_b, 2 L_b))),    w_b ~ 2^(-b/2) from the highest down:
 
 the more coefficients an octave has, the less its rise scatters in noise. Second in m narrow bands,
-24 an octave from 30 Hz (`_bands.py`): with P_b the power now and Q_b the greatest of a band
+24 an octave from 30 Hz (`bands.py`): with P_b the power now and Q_b the greatest of a band
 and its two neighbours 10 ms before,
 
     B = 1/m sum_b max(0, ln(max(P_b, 2 L_b) / max(Q_b, 2 L_b))).
@@ -24,11 +24,11 @@ usual nearby, is H (`_rises.py`).
 C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
 ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
 hear (`_tones.py`). H detects those that die at once, and tells power that swells from impacts
-(`_rise_odds.py`). `_decision.py` holds how they decide, and how likely each impact is one. What a
+(`_rise_odds.py`). `decision.py` holds how they decide, and how likely each impact is one. What a
 converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
 of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
 searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`),
-and gradual ones that come one after the other are noise that swells (`_swells.py`).
+and gradual ones that come one after the other are noise that swells (`swells.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
@@ -53,16 +53,18 @@ from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
 from ._attack_kernels import measure
-from ._calibrated import calibrated
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._cores import cores_of, window_size
-from ._decision import LATER, SOONER, candidates
-from ._doubt import EVEN, Doubt
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
-from ._notes import (
+from ._survey import Survey
+from ._windows import windows
+from .deciding.calibrated import calibrated
+from .deciding.decision import LATER, SOONER, candidates
+from .deciding.doubt import EVEN, Doubt
+from .deciding.notes import (
     click_notes,
     converter_notes,
     crowd_notes,
@@ -71,9 +73,7 @@ from ._notes import (
     swell_notes,
     voice_notes,
 )
-from ._survey import Survey
-from ._swells import crowds, most_odds, sharpness
-from ._windows import windows
+from .deciding.swells import crowds, most_odds, sharpness
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 

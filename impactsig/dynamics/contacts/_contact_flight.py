@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating
+from ..._compiling.compiled import allocating
 from ...simulate.exact.flow import COMPLETE, Leg, bounds, locate
 from ...simulate.exact.gap import close, stays_open
 

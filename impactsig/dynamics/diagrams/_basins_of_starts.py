@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulate.basis.events import STROBE_IMPACTS
 from ._flow_sections import Section
-from ._settling import ground, settle
 from ._whole_motions import checked_whole, whole_motion
+from .settling.settling import ground, settle
 
 LOOK = 64  # periods, or returns of a flow, between two looks whether a motion has closed
 ALIKE = 1e3  # orbits whose points are closer than so many tolerances are one

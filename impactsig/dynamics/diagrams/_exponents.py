@@ -14,11 +14,11 @@ from ...simulate.batches.moving import Moving
 from ...simulate.exact.exact import piecewise_linear
 from ...simulate.exact.modes import stacks, subset
 from ...simulate.exact.starts import first_phases
+from ..tangents.batches.spectra import carried
+from ..tangents.batches.tangent_maps import maps_over
 from ..tangents.lyapunov import lyapunov_spectrum
-from ..tangents.spectra import carried
 from ..tangents.tangent import TangentMap, tangent_map
-from ..tangents.tangent_maps import maps_over
-from ._cells import CHATTER
+from .settling.cells import CHATTER
 
 Place = tuple[float, float, float]
 

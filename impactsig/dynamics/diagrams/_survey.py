@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
 from ...simulate.basis.columns import form_of
@@ -19,9 +19,9 @@ from ...simulate.exact.exact import ExactEngine
 from ...simulate.exact.starts import begun
 from ...simulate.run import Run
 from ..arguments import recurring
-from ._cells import LEGS, NOTHING_KNOWN
-from ._closing import LONGEST
-from ._settling import ground
+from .settling.cells import LEGS, NOTHING_KNOWN
+from .settling.closing import LONGEST
+from .settling.settling import ground
 
 TILE = 512  # starts that are followed in one call
 TILE_OF_GPU = 2**16
@@ -168,7 +168,7 @@ class Survey:
         self, places: np.ndarray, known: Any
     ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
         """Status and attractor of each start, and orbits that closed without being caught."""
-        from ._strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_starts
+        from .settling.strobing import CAUGHT, CLOSED, FOUND, STATUS_OF, follow_starts
 
         engine = Run(self.run.oscillator, periods=1, phase=self.phase).engine  # its own scratch
         assert isinstance(engine, ExactEngine)
@@ -179,7 +179,7 @@ class Survey:
         orbits = np.empty((len(places), LONGEST, 3))
         rule = self.closed, LONGEST, True, LEGS
         if self.gpu:
-            from .gpu import follow_starts_of
+            from .settling.gpu import follow_starts_of
 
             follow_starts_of(
                 engine.stack.problem, clocks, states, counts, self.periods, rule, known, found,

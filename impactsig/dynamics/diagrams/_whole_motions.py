@@ -1,7 +1,7 @@
 """Cells of diagrams, charts and responses of systems that are simulated as a whole.
 
 An oscillator without noise is followed strobe by strobe and ends once its orbit has closed
-(`_settling`). Cantilevers, controlled oscillators, flows and oscillators under noise run for as
+(`settling`). Cantilevers, controlled oscillators, flows and oscillators under noise run for as
 long as is asked, and the orbit is looked for in their strobes, of a flow in its returns to a
 section.
 """

@@ -19,8 +19,8 @@ from ...studies.device import Executor, on_gpu
 from ..arguments import parameter_values, recurring
 from ._basins_of_starts import ends
 from ._flow_sections import checked_section
-from ._settling import ground
 from ._survey import OPEN, Survey
+from .settling.settling import ground
 
 FOR_GPU = "for a GPU, an oscillator that is linear between events"
 RECHECKED = 256  # starts that are followed without being caught, scouts among them

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import flag, function, number, thread_count, whole
+from ..._running.threads import in_threads
 from ..._showing import Shown, drawn_by
-from ..._threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
@@ -21,10 +21,10 @@ from ...simulate.exact.exact import piecewise_linear
 from ...simulate.run import span
 from ...studies.device import Executor, on_gpu
 from ..arguments import made_of_arrays, parameter_names, parameter_values
-from ._cells import follow_cells
 from ._flow_sections import Section, checked_section
-from ._settling import settle
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
+from .settling.cells import follow_cells
+from .settling.settling import settle
 
 TOGETHER = 4096  # cells that one call of the kernel follows
 STROBES = 1_000_000  # and how many strobes they may take, which are kept until it is done

@@ -20,9 +20,9 @@ from ..arguments import parameter_names, parameter_values
 from ..tangents.lyapunov import lyapunov_spectrum
 from ._exponents import Place, exponents_at, exponents_of
 from ._flow_sections import Section, checked_section
-from ._settling import ground
-from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
+from .settling.settling import ground
+from .settling.together import Settling, in_blocks, settles
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,8 +17,8 @@ from ...simulate.batches.course import Course
 from ...simulate.flows.course import coordinate_of
 from ..arguments import parameter_names, parameter_values
 from ._flow_sections import checked_section
-from ._settling_together import Settling, in_blocks, settles
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion
+from .settling.together import Settling, in_blocks, settles
 
 SAMPLES = 256  # of a period of the first force, between which a turn is looked for
 WITHIN = 64  # of the interval that has one

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._watched import progress
+from ..._running.watched import progress
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.flows import Flow

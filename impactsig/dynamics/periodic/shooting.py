@@ -17,8 +17,8 @@ from ...simulate import simulate
 from ...simulate.basis.frame import reference_frequency
 from ...simulate.exact.exact import piecewise_linear
 from ..arguments import recurring
+from ..tangents.batches.tangent_maps import tangent_maps
 from ..tangents.tangent import TangentMap, tangent_map
-from ..tangents.tangent_maps import tangent_maps
 
 Off = tuple[float, np.ndarray, TangentMap | None]
 """Residual, difference of return and state, and the map there; inf and None if it fails."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ...simulate.basis.events import PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_V, STICK, TURN, TURNS
 from ...simulate.exact.flow import begin, bounds, locate
 from ...simulate.exact.gap import close, stays_open

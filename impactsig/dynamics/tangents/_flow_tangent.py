@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ...simulate.basis.events import DIVERGED, DONE, EXHAUSTED, TIME, WISH
 from ...simulate.flows.flow_steps import go, rates_at, stride
 

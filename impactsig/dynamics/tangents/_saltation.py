@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ...simulate.basis.events import ROW_APPROACH, ROW_V
 from .columns import (
     BY_FRICTION,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ...simulate.basis.events import (
     IMPACT,
     LOW,

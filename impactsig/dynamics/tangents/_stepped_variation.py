@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ...simulate.basis.events import V
 from ...simulate.basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
 from ...simulate.stepping.rates import PUSHING, hertz_loss, status

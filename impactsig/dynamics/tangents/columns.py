@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined
+from ..._compiling.compiled import inlined
 from ...simulate.basis.events import PHASE, TURN, TURNS
 
 # What `place` holds: turns and phase (as a clock) and the mode up to which the columns have been

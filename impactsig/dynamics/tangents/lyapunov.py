@@ -22,8 +22,8 @@ from ...simulate.simulation import CHATTER
 from ...studies.device import Executor, on_gpu
 from ..arguments import instead_of
 from ._follow import Follower
+from .batches.spectra import LyapunovSpectra, spectra_of
 from .growth import BATCHES, edges_of, growth_of, lost_of, measured, steps_of
-from .spectra import LyapunovSpectra, spectra_of
 from .tangent import SYSTEMS, differentiated_by
 
 TURN = 2 * math.pi

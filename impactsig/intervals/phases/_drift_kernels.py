@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 kernel = njit(nogil=True, error_model="numpy")
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._watched import progress
+from ..._running.watched import progress
 from ._drift import WANDERS, Drift, fit_drift
 from .slots import SlotFit, fit_slots
 from .tracking import Warps, is_sparse

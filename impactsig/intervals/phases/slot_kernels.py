@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
-from ..._spread import DEVIATION_BY_MEDIAN
+from ..._compiling.compiled import njit
+from ..._numerics.spread import DEVIATION_BY_MEDIAN
 
 kernel = njit(nogil=True, error_model="numpy")
 

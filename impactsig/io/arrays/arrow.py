@@ -15,7 +15,7 @@ from ...errors import UnreadableFile
 from .._arrays import Array, Facts, fact, source_of
 from .._limits import Limits
 from .._source import Source, in_utf8
-from .._time_columns import time_factor
+from ..times.time_columns import time_factor
 
 IMPACTS = b"impactsig"
 """Key of the metadata that marks a table of impacts; recordings have none."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import UnreadableFile
-from .._time_columns import time_factor
+from ..times.time_columns import time_factor
 
 _LINES = 11
 _TIME = 17

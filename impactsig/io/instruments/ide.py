@@ -16,7 +16,7 @@ from ..._extras import quiet
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
-from .._timebase import rate_of_step
+from ..times.timebase import rate_of_step
 
 _EBML = b"\x1a\x45\xdf\xa3"
 _STEPS = 1.0  # how far the stamp of a block may lie from a uniform grid, in sampling steps

@@ -16,7 +16,7 @@ from ..._extras import quiet
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source, sample_type
-from .._timebase import TimeBase, time_base
+from ..times.timebase import TimeBase, time_base
 
 _NUMERIC = {True: {0, 1, 2, 4, 5}, False: {65535, 0, 1, 2, 9}}
 """Conversions of version 4, and of 2 and 3, that are numbers: of formulas, none is evaluated."""

@@ -14,8 +14,8 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source, sample_type
-from .._time_columns import time_factor
-from .._timebase import TimeBase, rate_of_step, time_base
+from ..times.time_columns import time_factor
+from ..times.timebase import TimeBase, rate_of_step, time_base
 from ._tdms_layout import layout
 
 _EPOCH = np.datetime64("1904-01-01")  # what NI writes for "no time"

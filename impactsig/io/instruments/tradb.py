@@ -23,7 +23,7 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
-from .._timebase import rate_of_step
+from ..times.timebase import rate_of_step
 
 _COUNTS, _FLAC = 0, 2  # values of DataFormat
 _LONGEST = 1 << 48  # samples of a record, or ticks of its clock

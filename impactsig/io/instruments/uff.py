@@ -18,7 +18,7 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
-from .._timebase import TimeBase, printed_digits, printed_step, time_base
+from ..times.timebase import TimeBase, printed_digits, printed_step, time_base
 from ._uff_datasets import Dataset, datasets
 from ._uff_header import KINDS, Header, binary_sizes, header_lines, parsed_header, value_layouts
 

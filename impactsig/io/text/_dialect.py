@@ -13,8 +13,8 @@ from collections import Counter
 from typing import NamedTuple
 
 from .._encoding import encoding_of
-from .._time_columns import FACTORS, time_factor
 from .._units import split_heading, unit_cell
+from ..times.time_columns import FACTORS, time_factor
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf(?:inity)?)", re.I)
 _MOMENT = re.compile(

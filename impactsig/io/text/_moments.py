@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._timebase import TimeBase, printed_resolution, time_base
+from ..times.timebase import TimeBase, printed_resolution, time_base
 
 _DAY_FIRST = r"(?P<day>\d{1,2})(?P<sign>[-./])(?P<month>\d{1,2}|[A-Za-z]{3})[-./](?P<year>\d{4})"
 _MILLISECONDS = r"(:\d\d:\d\d):(\d+)$"  # behind a colon

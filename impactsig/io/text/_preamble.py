@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._time_columns import FACTORS
-from .._timebase import TimeBase, printed_step
 from .._units import is_unit, split_heading
+from ..times.time_columns import FACTORS
+from ..times.timebase import TimeBase, printed_step
 from ._dialect import Dialect, is_number, split_line
 
 # Words without spaces and signs, in lower case. Those after "with a unit" say too little alone.

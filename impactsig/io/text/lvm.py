@@ -23,8 +23,10 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source, memory_reader
-from .._time_columns import time_factor
-from .._timebase import (
+from .._units import is_unit
+from ..formats import is_lvm
+from ..times.time_columns import time_factor
+from ..times.timebase import (
     DOUBTFUL,
     TimeBase,
     printed_digits,
@@ -32,8 +34,6 @@ from .._timebase import (
     printed_step,
     time_base,
 )
-from .._units import is_unit
-from ..formats import is_lvm
 from . import text as _text
 from ._lvm_file import LvmColumn, LvmSegment, length_of, read_segments
 

@@ -12,14 +12,14 @@ import numpy as np
 from ...errors import UnreadableFile
 from .._limits import Limits
 from .._source import Signal, Source
-from .._time_columns import FACTORS, epoch_factor, time_factor
-from .._timebase import (
+from ..companions import lines_above, samples_of, settings_of
+from ..times.time_columns import FACTORS, epoch_factor, time_factor
+from ..times.timebase import (
     DOUBTFUL,
     TimeBase,
     printed_digits,
     time_base,
 )
-from ..companions import lines_above, samples_of, settings_of
 from ._dialect import Dialect, find_dialect
 from ._moments import read_moments
 from ._preamble import Preamble, read_preamble

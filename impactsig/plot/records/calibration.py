@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._calibration_bins import calibration_bins
 from ..axes import BLUE, GREY, axes, frame
+from ._calibration_bins import calibration_bins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..._interval_errors import errors_in_intervals
+from ..._trains.interval_errors import errors_in_intervals
 from ...impacts import Impacts
 from .._series import series
 from .._stated import FAR_OFF

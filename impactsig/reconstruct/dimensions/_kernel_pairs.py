@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import exprel
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 from .._neighbors import build
 
 NEGLIGIBLE = 17.0

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from .._series import unbroken
 from ._kernel_pairs import Leaves, kernel_sums, leaves
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..._arguments import number, thread_count, whole
+from ..._running.threads import in_threads
 from ..._showing import Shown, drawn_by
-from ..._threads import in_threads
 from ...errors import InvalidInput
 from .._series import known, pairs_apart, series, unbroken
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 from .._neighbors import LEAF, Tree
 from ._boxes import bin_of
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 from .._series import unbroken
 
 CLOSER = 255  # as in _pairs

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..._arguments import thread_count
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from .._neighbors import Tree, columns_of, tree
 from .._series import known, unbroken
 from . import _boxes, _pairs

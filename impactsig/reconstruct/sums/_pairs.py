@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 CHUNK = 8192  # pairs at a time, so that what is passed on stays in the nearest cache
 MOST_RADII = 254  # a bin is a byte, and one value of it says "look closer"

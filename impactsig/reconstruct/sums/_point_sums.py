@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..._compiled import njit
-from ..._threads import in_threads
+from ..._compiling.compiled import njit
+from ..._running.threads import in_threads
 from ._boxes import bin_of
 from ._pairs import MOST_RADII, bins_of
 

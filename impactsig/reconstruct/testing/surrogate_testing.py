@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._arguments import Seed, choice, real, whole
+from ..._running.watched import counted
 from ..._showing import Shown, drawn_by
-from ..._watched import counted
 from ...errors import InvalidInput, shown
 from ._sieve import Scores, linear_error, ranked
 from ._spectra import low_exponent, misfit

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..._compiled import kernel, njit
+from ..._compiling.compiled import kernel, njit
 from ..basis.events import DONE, FULL, LEG_COUNT, ROW_COUNT
 from ..exact.engine import run
 from ..exact.flow import Problem

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ...studies.device_kernels import Each
 from ..basis.events import COLUMNS, DONE, LEG_COUNT, TURNS
 from ..exact.flow import COMPLETE, Scratch

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ..basis.events import PHASE, TURN, TURNS
 from ..exact.look import sample
 from .batch_kernels import machine

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..._arguments import choice, entries, flag, instance, number, reals, thread_count
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ...oscillators.batch import OscillatorBatch

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._threads import in_threads
+from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
 from ..basis.columns import Form

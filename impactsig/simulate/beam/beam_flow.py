@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ..basis.events import HEAD, LOW, PHASE, ROW_REGIME, TURN, TURNS
 from ..exact.gap import stays_open
 

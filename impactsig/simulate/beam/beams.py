@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number
-from ..._watched import following
+from ..._running.watched import following
 from ...errors import InvalidInput
 from ...oscillators import Cantilever
 from ..basis.contract import run_on

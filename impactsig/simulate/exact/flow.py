@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel, njit
+from ..._compiling.compiled import inlined, kernel, njit
 from ..basis.events import PHASE, TURN, TURNS
 
 ORDER = 12  # of the Taylor series that serves short legs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined
+from ..._compiling.compiled import inlined
 from .flow import locate
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ..basis.events import (
     IMPACT,
     PHASE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import cfunc, inlined, kernel
+from ..._compiling.compiled import cfunc, inlined, kernel
 from ..basis.events import (
     BROKEN,
     CONTACT_COUNT,

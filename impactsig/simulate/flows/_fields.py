@@ -16,7 +16,7 @@ from numba import carray, cfunc, literal_unroll, njit, types
 from numba.extending import overload
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from ... import _compiled
+from ..._compiling import compiled
 from ...oscillators import flows
 from ..exact.user import plain, refused
 
@@ -30,27 +30,27 @@ _lorenz_signal = njit(flows.lorenz_signal)
 _rossler_signal = njit(flows.rossler_signal)
 
 
-@_compiled.cfunc(RATES)
+@compiled.cfunc(RATES)
 def _lorenz(t, y, p, out):
     out[0], out[1], out[2] = _lorenz_rates(t, y, p[0], p[1], p[2])
 
 
-@_compiled.cfunc(RATES)
+@compiled.cfunc(RATES)
 def _rossler(t, y, p, out):
     out[0], out[1], out[2] = _rossler_rates(t, y, p[0], p[1], p[2])
 
 
-@_compiled.cfunc(SIGNAL)
+@compiled.cfunc(SIGNAL)
 def _of_lorenz(y, k):
     return _lorenz_signal(y)
 
 
-@_compiled.cfunc(SIGNAL)
+@compiled.cfunc(SIGNAL)
 def _of_rossler(y, k):
     return _rossler_signal(y)
 
 
-@_compiled.cfunc(SIGNAL)
+@compiled.cfunc(SIGNAL)
 def coordinate(y, k):
     """The signal that is a coordinate itself."""
     return y[k]

@@ -6,7 +6,7 @@ there is one, and else halving decides.
 
 from __future__ import annotations
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ..basis.tableau import GAUGE_DEGREE
 from .flow_steps import Scratch
 

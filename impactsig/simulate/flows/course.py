@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import entries, instance, number
-from ..._watched import following
+from ..._running.watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, TIME

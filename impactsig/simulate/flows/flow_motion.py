@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._arguments import number, times_within
+from ..._running.watched import following
 from ..._showing import drawn_by
-from ..._watched import following
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
 from ..basis.events import EXHAUSTED, STATUS, TIME

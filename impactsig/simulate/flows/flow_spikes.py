@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import allocating, kernel
+from ..._compiling.compiled import allocating, kernel
 from ..basis.events import DIVERGED, DONE, ENDLESS, EXHAUSTED, LEVEL_SIDE, ROUNDED, TIME, WISH
 from ..basis.tableau import GAUGE_DEGREE
 from ._flow_crossings import begin, next_crossing, value_at

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ..basis.delay import DISPLACEMENT, fed
 from ..basis.events import DIVERGED, DONE, EXHAUSTED, ROUNDED, TIME, WISH
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import njit
+from ..._compiling.compiled import njit
 
 ANCHOR = 1024  # samples after which a rotating phasor is set anew: rounding cannot add up
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ..basis.laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
 from ..basis.roots import first_root
 from ..basis.tableau import DEGREE

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import cfunc, inlined, kernel
+from ..._compiling.compiled import cfunc, inlined, kernel
 from ..basis import laws
 from ..basis.delay import pushed, pushed_rate
 from ..basis.events import TURN

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..._compiled import allocating
+from ..._compiling.compiled import allocating
 from ..basis.events import (
     LOW,
     MARK,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import kernel
+from ..._compiling.compiled import kernel
 from ..basis.events import (
     APPROACH,
     BEGUN,

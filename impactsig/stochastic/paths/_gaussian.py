@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ._random import Numbers, draw, draw_pair, numbers
 from .equation import BLOCK, Q, V, ground_at, note, restitution
 

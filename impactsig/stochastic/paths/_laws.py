@@ -9,14 +9,14 @@ from typing import Any
 
 from numba import cfunc, njit
 
-from ... import _compiled
+from ..._compiling import compiled
 from ...simulate.exact.user import plain
 
 ROW = "float64[::1]"
 SIGNATURE = f"void(float64, {ROW}, {ROW}, {ROW})"
 
 
-@_compiled.cfunc(SIGNATURE)
+@compiled.cfunc(SIGNATURE)
 def no_laws(t, x, v, out):
     """Zero: placeholder for a law that the oscillator does not have."""
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 
 FORCE, BRIDGE, RUB, FORCE_ACROSS = range(4)  # what the numbers are for: a part of the counter
 START = 0xFFFFF  # number of the pair that a path starts from

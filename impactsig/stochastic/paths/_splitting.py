@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ._random import FORCE, FORCE_ACROSS, START, Room, draw_all, draw_coins, draw_pair, room
 from .equation import (
     ACROSS,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ._random import Numbers, draw, draw_pair, numbers
 from .equation import (
     BLOCK,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ...simulate.basis import laws
 from ...simulate.basis.laws import (
     EXPONENT,

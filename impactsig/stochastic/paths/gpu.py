@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiled import inlined, kernel
+from ..._compiling.compiled import inlined, kernel
 from ...studies.device_kernels import Each
 from ._random import Room
 from ._splitting import Lanes, move

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import njit
+from ...._compiling.compiled import njit
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side

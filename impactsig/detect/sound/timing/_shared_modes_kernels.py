@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from ...._compiled import allocating, kernel, njit
+from ...._compiling.compiled import allocating, kernel, njit
 from .._attack_kernels import innovations
 from .._lane_kernels import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, taps_at

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...._spread import DEVIATION_BY_MEDIAN
+from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents

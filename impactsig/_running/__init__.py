@@ -1,0 +1,1 @@
+"""While work runs: threads for kernels, and progress bars."""

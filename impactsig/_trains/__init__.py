@@ -1,0 +1,1 @@
+"""What a train of impacts carries: columns, flags, tables, corrections, disturbances."""

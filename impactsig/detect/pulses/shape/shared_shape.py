@@ -1,0 +1,344 @@
+"""The pulse shape that impacts of one machine share, and measurement of each by it.
+
+Skew, flatness, power and length of the edges and the difference of their powers are taken as
+normally distributed over the pulses of one span. Mean and spread are estimated from all of them
+(`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
+and faint ones are measured with it. Where no member of the family follows the pulses, the clear
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...._compiling.compiled import allocating, kernel
+from ...signal.order_kernels import centre_of
+from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
+from ..edges import ERRORS, FIT, SHARED
+from ..fit_errors import (
+    BESIDE,
+    EDGE,
+    ESTIMATE,
+    LEFT,
+    LEFT_SD,
+    MADE,
+    NOW,
+    SHORT,
+    TAKEN,
+    UNIT,
+    ZERO,
+)
+from ._common_rest import (
+    common_rest,
+    is_clear,
+    linearize_anew,
+    linearize_with,
+    make_room,
+)
+from ._misfit import allow_for_unseen, correct_misfit, what_is_left
+from ._shared_shape_kernels import (
+    AGAIN,
+    APART,
+    BRIEF,
+    ROUNDS,
+    SHAPES,
+    Shape,
+    estimate_shape,
+    set_free,
+    variance_along,
+)
+
+LEAST = 5
+"""Pulses that a shape is read from."""
+ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
+"""Where the mean shape is expected; its length at that of the matched responses."""
+POWER_SEEN = 0.4
+"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
+the length too badly."""
+BENT = 0.2
+"""Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
+CLEAR_ROUNDS, STAYS = 5, 0.3
+"""In which clear pulses find the rest of their shape, or until their instants stay [errors]."""
+MISSED_ROUNDS = 3
+"""In which all pulses are measured with it."""
+STEEP, LONG = 16.0, 3.0
+"""Samples on both edges, and flat top over these: where samples enter them fits are not linear."""
+AS_LONG = 8.0
+"""Times as long as the matched response, or as short, a pulse may become."""
+MISSED = 2.0
+"""Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
+
+
+class Work(NamedTuple):
+    """Work arrays for the measurement of a pulse."""
+
+    new: np.ndarray  # (WIDER,), its parameters
+    along: np.ndarray  # (3, WIDER), derivatives of instant, contact time and peak
+    seen: np.ndarray  # (SHAPES,), twice for variances
+    moved: np.ndarray
+
+
+def nothing_told() -> np.ndarray:
+    """What the spans before the first tell of the spread of shapes."""
+    return np.zeros((2, SHAPES))
+
+
+def share_shape(rows, x, origin, timed, told):
+    """Measure the pulses of `rows` again, in place, by their shared shape.
+
+    Parameters
+    ----------
+    rows : array
+        As `impactsig.detect.pulses.pulse.measure_all` fills them.
+    x, origin : array, int
+        The samples that they were measured in, and the place of the first.
+    timed : bool
+        Contact times are those from first to last touch.
+    told : array (2, SHAPES)
+        What the spans before tell of the spread of shapes; this one is added, in place.
+    """
+    missed, *found = _share_family(rows, x, origin, timed, told)
+    if missed:  # few records need it, and it takes long to compile
+        _share_missed(rows, x, origin, timed, told, *found)
+
+
+@allocating
+def _share_family(rows, x, origin, timed, told):
+    """Measure pulses by a shape of the family.
+
+    Returns
+    -------
+    (whether it misses them, whether the rest of their shape shows, whether they are steep, what is
+    left of them, those alike, the clear ones, where their shape is expected, its mean and spread,
+    what this span adds to `told`)
+    """
+    alike = _alike(rows)
+    clear = _clear(rows, alike)
+    left = what_is_left(rows, alike)
+    missed, steep = left > 0.0, _are_steep(rows, alike)
+    hidden = 0.0
+    shown = missed and len(clear) >= LEAST and not steep
+    about, learnt = np.empty((2, SHAPES)), told.copy()
+    for m in range(SHAPES):
+        about[0, m], about[1, m] = ABOUT[m], APART[m]
+    mean, spread = about[0], about[1]
+    if len(alike) >= LEAST:
+        edges = np.empty(len(alike))
+        for i in range(len(alike)):
+            edges[i] = rows[alike[i], FIT + EDGE]
+        about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
+        if len(clear) >= LEAST:
+            about[1, POWER - SKEW] = POWER_SEEN
+        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
+        shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
+        if not missed and not steep:
+            room = make_room()
+            linearize_anew(rows, alike, x, origin, room)
+            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+            if len(clear) >= LEAST:
+                _, left, hidden = common_rest(rows, clear, x, origin, room)
+                missed = left > 0.0
+                shown = missed
+        mean, spread, learnt = shape.mean, shape.spread, shape.told
+    if not missed:
+        _learn(learnt, told)
+        allow_for_unseen(rows, alike, hidden, timed)
+    return missed, shown, steep, left, alike, clear, about, mean, spread, learnt
+
+
+@allocating
+def _share_missed(
+    rows, x, origin, timed, told, shown, steep, left, alike, clear, about, mean, spread, learnt
+):
+    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`."""
+    room = make_room()
+    if len(alike) >= LEAST:
+        shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
+        if shown:
+            about[0, POWER - SKEW] = _held(shape.mean)
+            before = np.empty(len(clear))
+            for _ in range(CLEAR_ROUNDS):
+                rest = common_rest(rows, clear, x, origin, room)[0]
+                linearize_with(rows, clear, x, origin, rest, room)
+                for i in range(len(clear)):
+                    before[i] = rows[clear[i], 0]
+                shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
+                still = True
+                for i in range(len(clear)):
+                    row = rows[clear[i]]
+                    still &= abs(row[0] - before[i]) < STAYS * row[ERRORS]
+                if still:
+                    break
+            rest = common_rest(rows, clear, x, origin, room)[0]
+            for _ in range(MISSED_ROUNDS):
+                linearize_with(rows, alike, x, origin, rest, room)
+                shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
+        elif not steep:
+            linearize_anew(rows, alike, x, origin, room)
+            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+        _learn(shape.told, told)
+    rest, held, _ = common_rest(rows, clear, x, origin, room)
+    correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, timed)
+
+
+@kernel
+def _learn(learnt, told):
+    """Add what a span tells of the spread of shapes."""
+    for k in range(2):
+        for m in range(SHAPES):
+            told[k, m] = learnt[k, m]
+
+
+@allocating
+def _alike(rows):
+    """The pulses that are measured by a fit, or that it misses no more than it does others."""
+    chosen, shown = np.empty(len(rows), np.int64), np.empty(len(rows))
+    count = clear = 0
+    for k in range(len(rows)):
+        if _is_fitted(rows[k]) and is_clear(rows[k]):
+            shown[clear] = rows[k, FIT + LEFT]
+            clear += 1
+    usual = MISSED * centre_of(shown, clear) if clear >= LEAST else 0.0
+    for k in range(len(rows)):
+        kept = rows[k, FIT:]
+        if _is_fitted(rows[k]) and (
+            kept[TAKEN] == kept[MADE] or kept[LEFT] < usual + 3.0 * kept[LEFT_SD]
+        ):
+            chosen[count] = k
+            count += 1
+    return chosen[:count]
+
+
+@allocating
+def _clear(rows, alike):
+    """Those of the pulses that show their shape."""
+    clear = np.empty(len(alike), np.int64)
+    count = 0
+    for k in alike:
+        if is_clear(rows[k]):
+            clear[count] = k
+            count += 1
+    return clear[:count]
+
+
+@kernel
+def _held(mean):
+    """Power at which the edges of the family are held while the rest of the shape is sought.
+
+    That of soft edges is as fitted; a steep foot would bind an instant to a sample, and where there
+    is a flat top its corners are taken for softness.
+    """
+    flat = max(BRIEF * (math.exp(mean[FLAT - SKEW]) - 1.0), 0.0)
+    return max(mean[POWER - SKEW], 0.0) * max(1.0 - flat, 0.0)
+
+
+@kernel
+def _are_steep(rows, alike):
+    """Whether pulses have a long flat top and hardly a sample on their edges."""
+    edges = flat = 0.0
+    for k in alike:
+        parts = parts_of(rows[k, FIT + ESTIMATE :])
+        edges += parts.rise + parts.fall
+        flat += parts.flat
+    return edges < STEEP * len(alike) and flat > LONG * edges
+
+
+@kernel
+def _is_fitted(row):
+    """Whether one pulse was fitted here, well or not, and is whole."""
+    return row[5] == 0 and row[6] == 0 and row[FIT + MADE] == row[0]
+
+
+@allocating
+def _share(rows, alike, timed, alone, about, told, before, rounds):
+    """Estimate the shape that pulses share, and measure them by it; `alone`, with its error."""
+    count = len(alike)
+    fits = set_free(rows, alike)
+    shape = estimate_shape(fits, about, told, before, rounds)
+    work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
+    for i in range(count):
+        _measure(rows[alike[i]], i, fits, shape, timed, alone, work)
+    return shape
+
+
+@kernel
+def _measure(row, i, fits, shape, timed, alone, work):
+    """Write instant, contact time and peak of pulse i, with errors, by the shared shape."""
+    kept = row[FIT:]
+    old = kept[ESTIMATE : ESTIMATE + WIDER]
+    new, along, seen, turned = work
+    for m in range(WIDER):
+        new[m] = old[m] + fits.step[m, i]
+    for m in range(SKEW, WIDER):
+        new[m] = min(max(new[m], old[m] - 1.0), old[m] + 1.0)
+    before = parts_of(old)
+    change, new[FLAT] = new[FLAT] - old[FLAT], old[FLAT]
+    parts = parts_of(new)
+    middle = math.exp(new[LENGTH])
+    flat = middle * BRIEF * (math.exp(fits.shape[FLAT - SKEW, i] + change) - 1.0)
+    contact = parts.rise + flat + parts.fall
+    previous = before.rise + before.flat + before.fall
+    moved = new[START] - old[START]
+    near = abs(moved) < 0.5 * previous and 0.5 < contact / previous < 2.0
+    near &= 0.5 < new[0] / old[0] < 2.0 and _is_as_long(contact, kept)
+    if not near or kept[ZERO] + new[START] < 0.0:
+        if not is_clear(row):
+            _begin_again(kept, shape, previous, new)
+        return
+    new[FLAT] = math.log(max(flat / middle, 1e-9))
+    along[0, START] = along[2, 0] = 1.0
+    along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
+    along[1, LENGTH] = contact
+    start, shared = variance_along(along[0], i, fits, shape, seen, turned)
+    # That of the baseline hardly moves a length that the shape holds.
+    lasting, by_shape = variance_along(along[1], i, fits, shape, seen, turned)
+    peak, of_peaks = variance_along(along[2], i, fits, shape, seen, turned)
+    if not alone:
+        shared = by_shape = 0.0  # touches are read off the mean edge
+    start, lasting, peak = start + shared, lasting + by_shape, peak + of_peaks
+    if not (start >= 0.0 and lasting >= 0.0 and peak >= 0.0):
+        return  # rounding is all that is left of them
+    for m in range(WIDER):
+        kept[NOW + m] = new[m]
+    kept[SHORT] = min(flat, 0.0)
+    row[0] = kept[ZERO] + new[START]
+    row[ERRORS] = math.sqrt(start + kept[BESIDE] + (BENT * moved) ** 2)
+    row[SHARED] = math.sqrt(max(shared, 0.0))
+    if timed:
+        row[1], row[4] = contact, parts.rise + 0.5 * flat
+        row[ERRORS + 1] = math.sqrt(lasting)
+    if kept[UNIT] > 0.0:
+        row[2] = new[0] * kept[UNIT]
+        row[ERRORS + 2] = math.sqrt(peak + kept[BESIDE + 2]) * kept[UNIT]
+
+
+@kernel
+def _is_as_long(length, kept):
+    """Whether a length is near that of the response that found the pulse."""
+    ratio = length / (2.0 * math.exp(kept[EDGE]))
+    return 1.0 / AS_LONG < ratio < AS_LONG
+
+
+@kernel
+def _begin_again(kept, shape, length, new):
+    """Take a pulse for one of the mean shape, where it is and with its impulse.
+
+    A fit of a faint pulse may be that of one crest of its noise: far from the shape of the others
+    it says nothing of where it is to be linear. `new` is room for the parameters.
+    """
+    old = kept[ESTIMATE : ESTIMATE + WIDER]
+    for m in range(SKEW, WIDER):
+        new[m] = shape.mean[m - SKEW]
+    new[FLAT] = math.log(max(BRIEF * (math.exp(new[FLAT]) - 1.0), 1e-9))
+    parts = parts_of(new)
+    longer = parts.rise + parts.flat + parts.fall
+    if not _is_as_long(longer, kept):
+        return
+    new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
+    new[0] = old[0] * length / longer
+    for m in range(WIDER):
+        kept[NOW + m] = new[m]
+    kept[SHORT] = 0.0

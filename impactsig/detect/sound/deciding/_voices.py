@@ -1,0 +1,67 @@
+"""Crests of the rise in octaves that come as the pulses of a voice do: in a crowd, for a moment.
+
+A voice opens 80 to 300 times a second, for a few tenths of a second, and each opening is a rise in
+octaves. It is known by n, how many other crests within 50 ms are higher than 0.4 times this one.
+Where n is 5 or more, and no more than 0.7 times as many come in such a time within a second (a
+machine that hits as fast does so all of the time), the log-odds of an impact are no more than
+
+    0.3 o - 0.76 n + 1.69 ln B + 6.1,
+
+o what they are otherwise, B the greatest rise in narrow bands within two frames, no more than these
+need. A crest where these rise as they need stays as it is. Fitted by logistic regression to records
+of `benchmarks.varied_sound`, seeds 6000 to 6039 and 6100 to 6139, and of
+`benchmarks.sound_disturbances`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._kernels import GROUP
+from .._nearby import heard_share, number_as_high
+
+WITHIN, AS_HIGH, MANY = 50e-3, 0.4, 5  # [s], share of the height, and number of crests
+ALWAYS, STEADY = 1.0, 0.7  # [s], and share of the time that such crests fill if they are steady
+OF_ODDS, OF_NUMBER, OF_BANDS, OFFSET = 0.3, 0.76, 1.69, 6.1
+LEAST_BANDS = 0.01  # [neper of power]
+
+
+def pulse_odds(
+    odds: np.ndarray,
+    asked: np.ndarray,
+    place: np.ndarray,
+    height: np.ndarray,
+    bands: np.ndarray,
+    silent: np.ndarray,
+    seconds: float,
+) -> np.ndarray:
+    """Log-odds of crests, less where they are asked for and may be pulses of a voice.
+
+    Parameters
+    ----------
+    asked : ndarray of bool
+    place, height, bands : ndarray
+        Frames of `seconds`, the rise in octaves there and the greatest in narrow bands nearby.
+    silent : ndarray of bool
+        GROUPs of frames that are digital silence.
+    """
+    which = np.flatnonzero(asked)
+    number = number_as_high(place, height, which, WITHIN / seconds, AS_HIGH)
+    which, number = which[number >= MANY], number[number >= MANY]
+    near, end = place[which], GROUP * len(silent)
+    rates = []
+    for within, count in (
+        (WITHIN, number),
+        (ALWAYS, number_as_high(place, height, which, ALWAYS / seconds, AS_HIGH)),
+    ):
+        reach = within / seconds
+        time = np.minimum(near + reach, end) - np.maximum(near - reach, 0.0)
+        rates.append((count + 1.0) / time)
+    here, around = rates
+    crowd = around < STEADY * heard_share(silent, near, ALWAYS, seconds) * here
+    which, number = which[crowd], number[crowd]
+    least = OF_ODDS * odds[which] - OF_NUMBER * number + OFFSET
+    least += OF_BANDS * np.log(np.maximum(bands[which], LEAST_BANDS))
+    out = odds.copy()
+    out[which] = np.minimum(odds[which], least)
+    return out

@@ -1,0 +1,95 @@
+"""Log-odds as they turn out, by what the record as a whole says of its impacts.
+
+The odds of a crest were fitted to records of all kinds together. Where few crests of a record are
+in doubt, evidence parts impacts from noise more sharply: odds are even less often than they say,
+and then rather of impacts. Where impacts come as densely as the crests of a rattle, they hide each
+other's evidence, and most that seem improbable are impacts. With F the F1 that the odds let expect
+(`doubt.py`), c = max(0, 1 - (1 - F) / 0.03) and r likely impacts a second, the log-odds x become
+
+    (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3)),
+    d = (1 - 0.4 c) (1 - c^16),
+
+s = 0.75 where x > 0, else 0.5. Where nothing at all is in doubt, what seems to be none is none. By
+synthetic sound of 3 to 28 impacts a second, 6 to 30 dB above noise, at 8 to 44 kHz.
+
+Noise makes the more crests the less probable they are. Where as many or more crests lie just above
+even odds than just below, they are impacts whose evidence a room, or the next impact, takes. With
+n_1, n_2 and n_3 crests of log-odds from -3 to -1.5, to 0 and to 1.5, t seconds, sigma the standard
+deviation of the rise in octaves in noise, and, between 0 and 1,
+
+    e = (0.3 - ln((n_2 + 2) / (n_3 + 1))) / 0.6,
+    h = e min(1, (r - 6) / 4),    which is 0 where fewer than 6 a second come,
+
+the log-odds grow by
+
+    h (2.5 - 1.9 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma) + 0.6 ln((1 - F) / 0.03)
+       - 1.2 ln((n_1 / t + 0.02) / (n_2 / t + 0.02))),
+
+where what is negative in the second and fourth term does not count, and the slope where x < 0 by
+0.27 h. Slower ones do not ring into each other: with h = e min(1, r / 12) strokes of drums, 5 a
+second, get false ones. By the same sound, such sound in rooms of 0.1 to 1 s, and records of
+`benchmarks.varied_sound`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .doubt import Doubt
+
+SHARPER = 0.75, 0.5  # of the slope, above and below even odds, where nothing is in doubt
+DOUBTFUL = 0.03  # expected share of errors from which on the slope is as it was fitted
+DENSE = 13.5  # impacts a second that hide each other
+SHORTEST = 1.0  # [s], of a record that shows how densely they come
+DENSE_SLOPE, DENSE_MOST = 8.0, 3.0  # log-odds for each e-fold beyond that, and at most
+SEEN, CERTAIN = 0.4, 16  # share that odds show where little is in doubt; power of c by which all is
+EVEN = 0.7  # log-odds of what seems even there, if impacts come as densely
+RISING, RISING_WITHIN = 0.3, 0.6  # ln of crests below even odds over those above, and its reach
+FEW, MANY, DENSELY = 6.0, 10.0, 0.3  # impacts a second, no and all; and e-folds beyond DENSE
+MORE, LESS_DENSE, COARSER, HIDDEN, NOISY = 2.5, 1.9, 0.5, 0.6, 1.2  # log-odds, and for an e-fold
+USUAL = 0.1  # sigma at 16 kHz
+BLURRED = 0.27  # of the slope below even odds
+RARE = 0.02  # crests a second that are none
+MOST_ERRORS = 0.3  # expected share of errors, and more
+
+
+def calibrated(odds: np.ndarray, doubt: Doubt, seconds: float, spread: float) -> np.ndarray:
+    """The log-odds of crests of a record of so many seconds, whose rises leave this doubt.
+
+    `spread` is the standard deviation of the rise in octaves in noise.
+    """
+    seconds = max(seconds, SHORTEST)
+    clear = max(0.0, 1.0 - (1.0 - doubt.f1) / DOUBTFUL)
+    pace = doubt.right / (DENSE * seconds)
+    above, below = SHARPER
+    more = EVEN * clear**2 * min(pace, 1.0)
+    more += min(DENSE_SLOPE * math.log(max(pace, 1.0)), DENSE_MOST)
+    more *= (1.0 - SEEN * clear) * (1.0 - clear**CERTAIN)
+    hidden = rising(doubt) * min(max((doubt.right / seconds - FEW) / (MANY - FEW), 0.0), 1.0)
+    more += hidden * lost(doubt, seconds, spread)
+    slope = 1.0 + np.where(odds > 0.0, clear * above, clear * below + BLURRED * hidden)
+    turned: np.ndarray = odds * slope + more
+    return turned
+
+
+def rising(doubt: Doubt) -> float:
+    """Whether crests are more above even odds than below: from 0, as noise makes them, to 1."""
+    falls = math.log((doubt.below + 2.0) / (doubt.above + 1.0))
+    return min(max((RISING - falls) / RISING_WITHIN, 0.0), 1.0)
+
+
+def lost(doubt: Doubt, seconds: float, spread: float) -> float:
+    """Log-odds that impacts lose where they hide each other's evidence."""
+    dense = math.log(max(doubt.right / (DENSE * seconds), 1.0)) / DENSELY
+    errors = min(max(1.0 - doubt.f1, DOUBTFUL), MOST_ERRORS) / DOUBTFUL
+    noisy = math.log((doubt.improbable / seconds + RARE) / (doubt.below / seconds + RARE))
+    coarser = math.log(min(max(spread / USUAL, 0.6), 2.7))
+    return (
+        MORE
+        - LESS_DENSE * min(dense, 1.0)
+        + COARSER * coarser
+        + HIDDEN * math.log(errors)
+        - NOISY * min(max(noisy, -2.0), 3.0)
+    )

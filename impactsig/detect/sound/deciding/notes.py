@@ -1,0 +1,93 @@
+"""What makes the impacts of a sound record doubtful, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._kernels import GROUP
+from .._survey import Survey
+
+GATED = 0.05  # share of digital silence that a note is worth
+STRETCHES = 3  # of it
+PULSES = 10  # of a voice that a note is worth
+MAINS = 50.0, 60.0, 100.0, 120.0  # [Hz], of buzzing mains
+EXACT, MOST, TRAIN = 0.3e-3, 0.5, 50  # [s], share of the intervals, and impacts, of a buzz
+
+
+def converter_notes(survey: Survey) -> tuple[str, ...]:
+    """A note if the converter does not resolve the noise."""
+    if not survey.backgrounds.unresolved:
+        return ()
+    return (
+        "The noise is weaker than a step of the converter, so sounds of less than a step are "
+        "lost, and fade-outs click: record with a higher gain or more bits.",
+    )
+
+
+def click_notes(count: int) -> tuple[str, ...]:
+    """A note if clicks were left out."""
+    return (
+        f"{count} single samples stand out, as a loose cable or a lost word leaves them, and are "
+        "not counted as impacts.",
+    )
+
+
+def voice_notes(pulses: int) -> tuple[str, ...]:
+    """A sentence where rises were left out because they come as the pulses of a voice do."""
+    if pulses < PULSES:
+        return ()
+    return (
+        f"{pulses} sudden rises crowd within some tenths of a second, as the pulses of a voice do, "
+        "and are not counted as impacts.",
+    )
+
+
+def mains_notes(time: np.ndarray) -> tuple[str, ...]:
+    """A sentence where most impacts follow each other as the pulses of buzzing mains do."""
+    if len(time) < TRAIN:
+        return ()
+    interval = np.diff(time)
+    share = [float(np.mean(np.abs(interval - 1.0 / mains) < EXACT)) for mains in MAINS]
+    most = int(np.argmax(share))
+    if share[most] < MOST:
+        return ()
+    return (
+        f"{share[most]:.0%} of the intervals are 1/{MAINS[most]:.0f} s: unless the mains drive the "
+        "machine, these are pulses of a buzz that cables or a lamp brought in.",
+    )
+
+
+def swell_notes(swells: int) -> tuple[str, ...]:
+    """A sentence where rises were left out because noise swells again and again."""
+    if swells < PULSES:
+        return ()
+    return (
+        f"{swells} rises are gradual and come one after the other, as noise that swells makes them "
+        "(a fan, a compressor), and are not counted as impacts.",
+    )
+
+
+def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
+    """A sentence where more rises are left out than found because they come too densely."""
+    if crowded <= max(PULSES, found):
+        return ()
+    return (
+        f"{crowded} sudden rises, 30 a second and more, are left out, since rattling may make as "
+        "many: if they are impacts, a lower least_probability finds them.",
+    )
+
+
+def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
+    """A note if much of the record is repeated digital silence."""
+    if survey.backgrounds.unresolved:
+        return ()
+    silent = [np.concatenate(passage.silent) for passage in survey.passages]
+    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
+    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
+    if share < GATED or stretches < STRETCHES:
+        return ()
+    return (
+        f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "
+        "or a codec leaves it: impacts softer than its threshold are lost, and the noise is read "
+        "from what it let through.",
+    )

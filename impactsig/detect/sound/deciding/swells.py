@@ -1,0 +1,76 @@
+"""Noise that swells again and again, as that of a fan or a compressor, told from impacts.
+
+Noise that swells 5 to 100 times a second rises within 4 ms as much as at an impact, but no more in
+one millisecond than in another. With P(a, b) the mean square of the innovations from a to b
+milliseconds after the attack, and r the samples in a millisecond,
+
+    e = ln(P(0, 1) / P(-1, 0)) - 0.2 max(0, ln(P(1, 4) / P(-4, -1))) - 0.6 - 1.7 / sqrt(r)
+
+is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
+rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
+those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
+R / 2 - 0.45, with R the median of the second logarithm, the log-odds of each are no more than
+4 (e - 1). Low tones in noise and dense impacts that ring into each other hardly show in
+innovations: they have an R of 0.2 to 1. Clear impacts behind a filter that smears them, whose e may
+be 0 as well, have an R of 9 and more, swellings of up to 7.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .._nearby import ranked
+from ._swell_kernels import powers_beside
+
+WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
+AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
+SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
+SWELLS = 0.2  # e of no impact
+SHOWS, HIDDEN = 0.5, 0.45  # and share of R that bounds e where little shows in innovations
+STEEP = 7.5  # R of no swelling
+SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each neper more
+
+
+def crowds(instant: np.ndarray) -> np.ndarray:
+    """Which of the instants [s], in order, have a CROWD about them."""
+    first, last = np.searchsorted(instant, (instant - WITHIN, instant + WITHIN))
+    return np.asarray(last - first > CROWD)
+
+
+def sharpness(
+    x: np.ndarray, attack: np.ndarray, valid: tuple[int, int], rate: float, lag: int, slope: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """How much more than in noise that swells each rise is sudden, e, and R.
+
+    `attack` are places between samples of x, `lag` and `slope` are those of the innovations.
+    """
+    near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
+    power = np.empty((4, len(attack)))
+    powers_beside(x, attack, valid, (near, far), (lag, slope), power)
+    inside = near / far
+    mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
+    least = np.finfo(float).eps * mean + np.finfo(float).tiny
+    slow, before, after, on = np.log(power + least)
+    rise = on - slow
+    chance = SELECTED + SCATTER / math.sqrt(AT_ONCE * rate)
+    return after - before - SHARE * np.maximum(rise, 0.0) - chance, rise
+
+
+def most_odds(
+    instant: np.ndarray, likely: np.ndarray, sharp: np.ndarray, rise: np.ndarray
+) -> np.ndarray:
+    """The greatest log-odds that impacts at these instants [s], in order, may have.
+
+    Those that are `likely` make the medians. `sharp` is e and `rise` R, NaN where it was not asked
+    for them.
+    """
+    known = np.isfinite(sharp)
+    pool = known & likely
+    first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
+    middle = (last - first) // 2
+    slow = ranked(rise[pool], first, last, middle)
+    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)
+    swells = known & (last - first > CROWD) & gradual & (slow < STEEP)
+    return np.where(swells, SLOPE * (sharp - SHARP), np.inf)

@@ -1,0 +1,1 @@
+"""Power of a sound: narrow bands, their background, and gates filled."""

@@ -1,0 +1,203 @@
+"""Kernels that find and fill digital silence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...._compiling.compiled import njit
+
+CLOSED = 8  # frames without power, in a row, that are silence
+SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
+BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
+LEAST_HEARD = 0.1  # share of a window that its power can be read from
+SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
+_NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
+
+
+@njit(nogil=True)
+def silent_frames(power, first, last, out):
+    """Mask of frames in runs of CLOSED or more without power."""
+    out[:] = False
+    run = 0
+    for j in range(first, last + 1):
+        closed = j < last
+        for b in range(power.shape[0]):
+            if not closed or power[b, j] != 0.0:
+                closed = False
+                break
+        if closed:
+            run += 1
+            continue
+        if run >= CLOSED:
+            out[j - run : j] = True
+        run = 0
+
+
+@njit(nogil=True)
+def silent_samples(x, silent, hop, out):
+    """Mask of samples in silent frames, or equal to all that follow until one.
+
+    Frames in which the samples change, as in a straight line, are silent no more.
+    """
+    out[:] = False
+    j = 0
+    while j < len(silent):
+        if not silent[j]:
+            j += 1
+            continue
+        first, begin = j, j * hop
+        while j < len(silent) and silent[j]:
+            j += 1
+        end, changes = j * hop, 0
+        for i in range(np.uint64(begin + 1), np.uint64(end)):  # in vector lanes
+            changes += x[i] != x[begin]
+        if changes:
+            silent[first:j] = False
+            continue
+        while begin > 0 and x[begin - 1] == x[begin]:
+            begin -= 1
+        while end < len(x) and x[end] == x[end - 1]:
+            end += 1
+        out[begin:end] = True
+
+
+@njit(nogil=True)
+def soften(x, silent, length):
+    """Add linear ramps of at most `length` samples beside each silence.
+
+    There is none beside a click: it is no part of a wave that was cut off.
+    """
+    i = 0
+    while i < len(x):
+        begin = i
+        while i < len(x) and silent[i]:
+            i += 1
+        base, ramp = x[begin], min(length, (i - begin) // 2)
+        if ramp and begin > 1:
+            step = x[begin - 1] - base
+            if abs(x[begin - 2] - x[begin - 1]) <= SMOOTH * abs(step):
+                for k in range(ramp):
+                    x[begin + k] = base + step * (ramp - k) / (ramp + 1.0)
+        if ramp and i < len(x) - 1:
+            step = x[i] - base
+            if abs(x[i + 1] - x[i]) <= SMOOTH * abs(step):
+                for k in range(ramp):
+                    x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
+        while i < len(x) and not silent[i]:
+            i += 1
+
+
+@njit(nogil=True)
+def bridge(x, shortest, longest, step, out):
+    """Copy x to `out`, with straight lines across short silences that cut a wave off.
+
+    These are from `shortest` to before `longest` equal samples. On both sides some of the next
+    BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
+    impact: where the first is as far off, the second is not as far from it. What equals the least
+    or the greatest sample is clipped, no silence. Returns their number; `out` is filled if there
+    are any.
+    """
+    count, off, i, looked = 0, STEPS * step, BESIDE, 0
+    least, greatest = x[0], x[0]
+    while i < len(x) - BESIDE:
+        if i >= looked:  # whether any of the next ones equals that before it, in vector lanes
+            looked, equal = min(i + SIDE_BY_SIDE, len(x) - 1), 0
+            for k in range(np.uint64(i), np.uint64(looked)):
+                equal += x[k + _ONE] == x[k]
+            if equal == 0:
+                i = looked
+                continue
+        begin = i
+        i += 1
+        while i < len(x) and x[i] == x[begin]:
+            i += 1
+        if i - begin < shortest or i - begin >= longest or len(x) - i < BESIDE:
+            continue
+        base, last = x[begin], x[i]
+        before = after = 0.0
+        for k in range(BESIDE):
+            before = max(before, abs(x[begin - 1 - k] - base))
+            after = max(after, abs(x[i + k] - base))
+        if before <= off or after <= off:
+            continue
+        jump = abs(x[begin - 1] - base)
+        if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
+            continue
+        jump = abs(last - base)
+        if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
+            continue
+        if least == greatest:
+            least, greatest = x.min(), x.max()
+        if base in (least, greatest):
+            continue
+        if count == 0:
+            out[:] = x
+        for k in range(begin, i):
+            share = (k - begin + 1.0) / (i - begin + 1.0)
+            out[k] = (1.0 - share) * x[begin - 1] + share * last
+        count += 1
+    return count
+
+
+@njit(nogil=True)
+def hold(power, silent, past, held):
+    """Fill silent frames with the mean power of the `past` frames before.
+
+    `held` is that of a silence that began before the first `past` frames.
+    """
+    for j in range(power.shape[1]):
+        if not silent[j]:
+            continue
+        if j > past and not silent[j - 1]:
+            for b in range(power.shape[0]):
+                held[b] = power[b, j - 1 - past : j - 1].mean()
+        for b in range(power.shape[0]):
+            power[b, j] = held[b]
+
+
+@njit(nogil=True)
+def heard_shares(silent, first, hop, window, out):
+    """Share of each squared window, centred on sample first + g hop, that is not silent."""
+    size = np.uint64(len(window))
+    whole = size // _LANES * _LANES
+    squares, sums = np.empty(size), np.zeros(SIDE_BY_SIDE)
+    for k in range(size):
+        squares[k] = window[k] * window[k]
+    for at in range(_NONE, whole, _LANES):
+        for k in range(_NONE, _LANES):
+            sums[k] += squares[at + k]
+    total = sums.sum()  # in the order of what is heard, which is never more
+    for k in range(whole, size):
+        total += squares[k]
+    for g in range(len(out)):
+        begin = np.uint64(first + g * hop - len(window) // 2)
+        counted = 0
+        for k in range(size):  # in vector lanes, as what follows
+            counted += silent[begin + k]
+        if counted == 0 or counted == len(window):
+            out[g] = 1.0 if counted == 0 else 0.0
+            continue
+        sums[:] = 0.0
+        for at in range(_NONE, whole, _LANES):
+            for k in range(_NONE, _LANES):
+                sums[k] += 0.0 if silent[begin + at + k] else squares[at + k]
+        heard = sums.sum()
+        for k in range(whole, size):
+            heard += 0.0 if silent[begin + k] else squares[k]
+        out[g] = heard / total
+
+
+@njit(nogil=True)
+def hold_bands(power, share, closes, held):
+    """Complete the powers of partly silent windows with the last audible powers.
+
+    That is the power over the share where the gate closes.
+    """
+    for b in range(power.shape[0]):
+        for g in range(power.shape[1]):
+            rest = 1.0 - share[g]
+            if rest == 0.0:
+                continue
+            if closes[g] and share[g] >= LEAST_HEARD:
+                held[b] = power[b, g] / share[g]
+            power[b, g] += rest * held[b]

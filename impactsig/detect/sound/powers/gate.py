@@ -1,0 +1,105 @@
+"""Noise gates: powers as if the sound before a digital silence went on.
+
+A gate opens and closes in steps, and what sounds before it opens begins at once when it does. Both
+raise the power of octaves and bands as an impact does. So steps become ramps, and silence has the
+power that the sound before it ends with. The background leaves silence out (`floor.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._kernels import GROUP, Scale, octave_powers
+from ._gate_kernels import (
+    CLOSED,
+    bridge,
+    heard_shares,
+    hold,
+    hold_bands,
+    silent_frames,
+    silent_samples,
+    soften,
+)
+from .bands import Bands
+
+RAMP = 4e-3  # [s]
+SHORTEST = 4  # samples of a silence that is bridged
+
+
+@dataclass
+class Gate:
+    """Fills digital silence window by window with the sound before it."""
+
+    scale: Scale
+    rate: float
+    bands: Bands
+    octaves_held: np.ndarray = field(init=False)
+    bands_held: np.ndarray = field(init=False)
+    share: float = field(init=False)  # of the last window of the narrow bands that is heard
+    silent: np.ndarray | None = field(init=False)  # samples of this window, if any
+
+    def begin(self) -> None:
+        """Reset at the beginning of a segment."""
+        self.octaves_held = np.zeros(self.scale.octaves)
+        self.bands_held = np.zeros(len(self.bands.first))
+        self.share, self.silent = 1.0, None
+
+    def bridged(self, x: np.ndarray, power: np.ndarray, step: float) -> np.ndarray | None:
+        """Samples without silences too short to be held, None if there are none.
+
+        `power` is that of the octaves of x, and `step` the least difference of samples in a row.
+        """
+        hop = self.scale.hop
+        if power[0].all() or not np.isfinite(step):
+            return None
+        out = np.empty(len(x))
+        return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
+
+    def octaves(
+        self,
+        x: np.ndarray,
+        power: np.ndarray,
+        real: tuple[int, int],
+        core: int,
+        scratch: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Samples with ramps, and the powers of their frames; `core` of these lie in the window.
+
+        Frames are silent only between those of `real`. `scratch` is that of `octave_powers`.
+        """
+        hop, past = self.scale.hop, self.scale.past
+        next_held = min(core + past + 1, power.shape[1] - 1)  # a silence there has its power
+        self.silent = None
+        if not power[0].all():
+            closed = np.empty(power.shape[1], np.bool_)
+            silent_frames(power, *real, closed)
+            if closed.any():
+                self.silent = np.empty(len(x), np.bool_)
+                silent_samples(x, closed, hop, self.silent)
+            if closed.any():
+                x, power = x.astype(float), np.empty_like(power)
+                soften(x, self.silent, round(RAMP * self.rate))
+                octave_powers(x, len(power), *scratch, power)
+                hold(power, closed, past, self.octaves_held)
+            else:
+                self.silent = None
+        self.octaves_held = power[:, next_held].copy()
+        return x, power
+
+    def narrow(self, power: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
+        """Powers of the narrow bands (bands, frames), and where the gate closes in their windows.
+
+        The first frame is centred on x[left].
+        """
+        if self.silent is None:
+            self.share = 1.0
+            return power, np.zeros(power.shape[1], np.bool_)
+        share = np.empty(power.shape[1])
+        heard_shares(self.silent, left, GROUP * self.scale.hop, self.bands.window, share)
+        power = power.copy()
+        closes = share < np.append(self.share, share[:-1])
+        hold_bands(power, share, closes, self.bands_held)
+        self.share = share[-1]
+        return power, closes

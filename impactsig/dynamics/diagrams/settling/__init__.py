@@ -1,0 +1,1 @@
+"""Motions followed past their transients, one or many at once, until their orbits close."""

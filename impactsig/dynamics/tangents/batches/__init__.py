@@ -1,0 +1,1 @@
+"""Tangent maps and exponents of many oscillators at once."""

@@ -1,0 +1,1 @@
+"""Orbits laid beside measured instants, and paths found through them."""

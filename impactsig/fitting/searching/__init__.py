@@ -1,0 +1,1 @@
+"""The search for the parameters of one train, from a guess to an estimate."""

@@ -1,0 +1,1 @@
+"""One oscillator from many trains, each at a forcing of its own."""
