@@ -71,7 +71,8 @@ def test_noise_that_swells_for_three_seconds_is_told_among_dense_impacts():
 # Some 27 a second, whose innovations hardly rise.
 @pytest.mark.parametrize(("seed", "disturbance"), [(55_000, "1/f noise"), (56_000, "drift")])
 def test_impacts_that_ring_into_each_other_are_no_swellings(seed, disturbance):
-    assert result(seed, disturbance).f1 >= 0.85  # 0.64, 0.47 with a bound of R - 0.5
+    found = result(seed, disturbance)
+    assert found.missed <= 0.2 * found.total  # half and more with a bound of R - 0.5
 
 
 def test_sharpness_against_sums_by_hand():
