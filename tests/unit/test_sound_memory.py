@@ -15,8 +15,8 @@ if "keep" in sys.argv:
 def mapped():
     arrays = [np.ones(1 << 17) for _ in range(6)]
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-mapped()
-print(mapped() - mapped())
+seen = [mapped() for _ in range(6)]
+print(min(later - earlier for earlier, later in zip(seen, seen[1:])))
 """
 
 
@@ -24,8 +24,9 @@ print(mapped() - mapped())
 def test_memory_let_go_is_not_mapped_anew():
     run = [sys.executable, "-c", USED_TWICE]
     given_back, kept = (
-        -int(subprocess.run([*run, *more], capture_output=True, check=True, text=True).stdout)
+        int(subprocess.run([*run, *more], capture_output=True, check=True, text=True).stdout)
         for more in ([], ["keep"])
     )
+    # The least of several: what imports let go may be given back after the first.
     assert given_back > 500  # pages, of 1536
     assert kept < 50
