@@ -37,7 +37,9 @@ def drop(rng: np.random.Generator, hertz: bool) -> tuple[float, im.Impacts]:
     return restitution, train
 
 
-def recorded(train: im.Impacts, sensor: str, decibels: float, seed: int | list[int]) -> im.Impacts:
+def recorded(
+    train: im.Impacts, sensor: str, decibels: float, seed: np.random.SeedSequence
+) -> im.Impacts:
     """What is detected of a drop; the noise is that far below the median bounce."""
     noise = float(np.median(train.peak)) * 10 ** (-decibels / 20)
     if sensor == "force":
@@ -54,9 +56,10 @@ def coverage(sensor: str, decibels: float, hertz: bool, drops: int, seed: int):
     answered, held, errors = 0, 0, []
     for k in range(drops):
         rng = np.random.default_rng((seed, k))
+        seeds = np.random.SeedSequence([seed, k, 1])
         truth, train = drop(rng, hertz)
         try:
-            found = im.restitution_from_bounces(recorded(train, sensor, decibels, [seed, k, 1]))
+            found = im.restitution_from_bounces(recorded(train, sensor, decibels, seeds))
         except im.InvalidInput:
             continue
         answered += 1
