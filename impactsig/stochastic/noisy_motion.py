@@ -159,12 +159,13 @@ def move(
         before, step = group.state.copy(), group.step
         group.count[:] = 0
         part = group.move(until - done, found.every, looks, events)
-        if group.count[0] > len(events):  # again with room for all: the noise goes with the step
-            events = np.empty((2 * int(group.count[0]), 3))
+        hit_count = int(group.count.item())
+        if hit_count > len(events):  # again with room for all: the noise goes with the step
+            events = np.empty((2 * hit_count, 3))
             group.state[:], group.step = before, step
             continue
         seen.append(part)
-        hits.append(events[: group.count[0]].copy())
+        hits.append(events[:hit_count].copy())
         done = until
     x, v = np.concatenate(seen, axis=1)[0].T
     finite = np.isfinite(x) & np.isfinite(v)
