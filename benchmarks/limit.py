@@ -32,8 +32,8 @@ import numpy as np
 from numba import njit
 
 import impactsig as im
-from impactsig.simulate.exact.exact import ExactEngine
-from impactsig.simulate.exact.flow import Leg, locate
+from impactsig.simulation.exact.exact import ExactEngine
+from impactsig.simulation.exact.flow import Leg, locate
 
 RESULTS = Path(__file__).parent / "results"
 COUNTED, LONG, EVALUATIONS = 200, 20_000, 200_000
@@ -47,7 +47,7 @@ SCENES: dict[str, Callable[[], im.Oscillator]] = {
 
 def count() -> None:
     """Evaluations of either kind, impacts and legs of each scene, as JSON; run as Python."""
-    from impactsig.simulate.exact import engine, gap
+    from impactsig.simulation.exact import engine, gap
 
     found = {}
     number = [0, 0]

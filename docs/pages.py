@@ -19,7 +19,7 @@ TITLES = {
     "Intervals and periods": ("intervals",),
     "Geometry of the intervals": ("reconstruct",),
     "Machines": ("oscillators",),
-    "Simulation": ("simulate",),
+    "Simulation": ("simulation",),
     "Orbits and diagrams": ("dynamics",),
     "Control": ("control",),
     "Noise": ("stochastic",),

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactsig.simulate.basis.contract import Moment
-from impactsig.simulate.basis.events import COLUMNS, FULL, START
-from impactsig.simulate.stepping.runge_kutta import SteppingEngine
+from impactsig.simulation.basis.contract import Moment
+from impactsig.simulation.basis.events import COLUMNS, FULL, START
+from impactsig.simulation.stepping.runge_kutta import SteppingEngine
 
 TURN = 2 * np.pi
 

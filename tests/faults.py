@@ -35,7 +35,7 @@ PULSES = "tests/unit/test_detect_pulses.py"
 STORE = "tests/unit/test_sweep_store.py -k fingerprint"
 PARTS = "tests/unit/test_fitting_parts.py"
 
-CONTACT = "simulate/stepping/contact.py"
+CONTACT = "simulation/stepping/contact.py"
 LEFT = "left = out * (1 / up + kept / down) / (1 - r * kept)"
 CHANGE = "change = abs(jerk(p, f, leg, s, state[Q])) + most * left"
 FALLS = "falls = g3 < 0 or (g3 == 0.0 and g4 < 0)"
@@ -71,47 +71,47 @@ FAULTS = tuple(
         ),
         (
             "rest: friction always even",
-            "simulate/stepping/rest.py",
+            "simulation/stepping/rest.py",
             "even = p.static == p.kinetic",
             "even = True",
             f"{REST} -k 'crest or rounding'",
         ),
         (
             "rest: friction never even",
-            "simulate/stepping/rest.py",
+            "simulation/stepping/rest.py",
             "even = p.static == p.kinetic",
             "even = p.static != p.kinetic",
             f"{REST} -k 'crest or rounding'",
         ),
         (
             "rest: step of the search",
-            "simulate/stepping/rest.py",
+            "simulation/stepping/rest.py",
             "tau = min(tau + TURN / 64 / p.fastest, end)",
             "tau = min(tau + TURN / 64, end)",
             f"{REST} -k short_pulse",
         ),
         (
             "passing: second derivative",
-            "simulate/exact/passing.py",
+            "simulation/exact/passing.py",
             BENDS,
             "way * f1 > 0",
             f"{REST} -k 'second_derivative or leaves_a_rigid'",
         ),
         (
             "passing: first derivative",
-            "simulate/exact/passing.py",
+            "simulation/exact/passing.py",
             BENDS,
             "(f1 == 0.0 and way * f2 > 0)",
             f"{REST} -k 'limit or leaves_a_rigid'",
         ),
         (
             "passing: what is nothing",
-            "simulate/exact/passing.py",
+            "simulation/exact/passing.py",
             "NOTHING = 4e-16",
             "NOTHING = 4e-10",
             f"{REST} -k gap_of_rounding",
         ),
-        ("touching: third derivative", "simulate/exact/engine.py", FALLS, "falls = False", SOFT),
+        ("touching: third derivative", "simulation/exact/engine.py", FALLS, "falls = False", SOFT),
         (
             "control: chatter beyond what is smooth",
             "control/running/delays/_settling.py",
@@ -128,7 +128,7 @@ FAULTS = tuple(
         ),
         (
             "spectrum: ends of a band",
-            "simulate/spectrum.py",
+            "simulation/spectrum.py",
             "self.frequency >= low",
             "self.frequency > low",
             "tests/unit/test_spectrum.py -k power_of_a_band",

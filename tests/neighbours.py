@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import impactsig
-from impactsig.simulate.basis.events import MARK
+from impactsig.simulation.basis.events import MARK
 
 
 def events(motion):

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from ..dynamics.diagrams.periodicity import OrbitPeriod
     from ..oscillators.batch import OscillatorBatch
-    from ..simulate.batches.motions import Motions
-    from ..simulate.motion import Motion
+    from ..simulation.batches.motions import Motions
+    from ..simulation.motion import Motion
 
 RETURN = 1e-6
 """What a return may be off by, as a share of the motion's size; a cell's transient is short."""
@@ -216,8 +216,8 @@ class Observing:
         """The observables of some cells that are moved together."""
         import numpy as np
 
-        from ..simulate import simulate
-        from ..simulate.batches.many import simulate_many
+        from ..simulation import simulate
+        from ..simulation.batches.many import simulate_many
 
         batch = self._batch(cells)
         motions: Any = None

@@ -18,7 +18,7 @@ from ..oscillators import Oscillator, scenes
 from ._options import given, number
 
 if TYPE_CHECKING:
-    from ..simulate.motion import Motion
+    from ..simulation.motion import Motion
     from ..stochastic.noisy_motion import NoisyMotion
 
 PERIODS = 1000
@@ -51,7 +51,7 @@ def add_scenes(
 def simulated(chosen: argparse.Namespace) -> Motion | NoisyMotion:
     """Simulate the scene that the command line describes; one path if it has noise."""
     scene = chosen.make(**given(chosen, chosen.parameters))
-    from ..simulate import simulate
+    from ..simulation import simulate
 
     noisy = scene.noise is not None and scene.noise.intensity > 0
     return simulate(scene, **run_of(chosen), **({"seed": chosen.seed} if noisy else {}))
@@ -73,7 +73,7 @@ def run_of(chosen: argparse.Namespace) -> dict[str, Any]:
 def in_words(motion: Motion | NoisyMotion) -> str:
     """Describe the motion in a paragraph."""
     from ..intervals import identify_period
-    from ..simulate.motion import Motion
+    from ..simulation.motion import Motion
 
     oscillator, impacts = motion.system, motion.impacts
     assert impacts is not None

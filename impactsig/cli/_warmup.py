@@ -75,7 +75,7 @@ def _sound(folder: Path) -> None:
 
 def _dynamics_of_intervals(folder: Path) -> None:
     from ..oscillators import scenes
-    from ..simulate import simulate
+    from ..simulation import simulate
     from . import main
 
     impacts = simulate(scenes.karpodinis(20.1), periods=300, transient=50).impacts
@@ -86,7 +86,7 @@ def _dynamics_of_intervals(folder: Path) -> None:
 
 def _machines(_: Path) -> None:
     from ..oscillators import scenes
-    from ..simulate import simulate, simulate_many
+    from ..simulation import simulate, simulate_many
 
     karpodinis = scenes.karpodinis(20.1)
     for machine in (
@@ -100,7 +100,7 @@ def _machines(_: Path) -> None:
 
 def _stepped(_: Path) -> None:
     from ..oscillators import flows, scenes
-    from ..simulate import RungeKutta, simulate
+    from ..simulation import RungeKutta, simulate
 
     simulate(scenes.karpodinis(), periods=5, method=RungeKutta())
     simulate(flows.rossler(), duration=20.0)
@@ -148,7 +148,7 @@ def _control(_: Path) -> None:
     from ..control.controlling import Controlled
     from ..control.feedback import DelayedFeedback
     from ..oscillators import scenes
-    from ..simulate import RungeKutta, simulate
+    from ..simulation import RungeKutta, simulate
 
     locked = Controlled(scenes.karpodinis_control(), DelayedFeedback(0.1))
     for method in (None, RungeKutta()):  # by power series, and by steps as Hertz stops are

@@ -11,8 +11,8 @@ import numpy as np
 from .._arguments import number, times_within
 from .._showing import drawn_by
 from ..errors import InvalidInput
-from ..simulate.basis.events import TURN
-from ..simulate.motion import Motion
+from ..simulation.basis.events import TURN
+from ..simulation.motion import Motion
 
 
 class Effort(Protocol):

@@ -11,10 +11,10 @@ from .._arguments import number, refuse, unless
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.flows import Flow
-from ..simulate import RungeKutta
-from ..simulate.basis.events import TURN
-from ..simulate.run import count_of_periods
-from ..simulate.simulation import CHATTER
+from ..simulation import RungeKutta
+from ..simulation.basis.events import TURN
+from ..simulation.run import count_of_periods
+from ..simulation.simulation import CHATTER
 from .controlled import ControlledMotion, under_control
 from .intervals import IntervalFeedback
 from .ogy import OGY, check_parameter

@@ -16,7 +16,7 @@ from ..dynamics.tangents.tangent import tangent_map
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..oscillators.parts import numbers
-from ..simulate import simulate
+from ..simulation import simulate
 from ._differences import slope as derivative
 
 NUDGE = 1e-4  # share of the size of a parameter, for the difference quotient

@@ -14,7 +14,7 @@ from ..oscillators import Oscillator
 from ..oscillators.batch import OscillatorBatch
 from ..oscillators.flows import Flow
 from ..oscillators.swept import Swept
-from ..simulate.run import without_noise
+from ..simulation.run import without_noise
 
 
 def parameter_values(name: str, given: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from ..impacts import Impacts
 from ..intervals import identify_period
 from ..oscillators import Oscillator
-from ..simulate import simulate
+from ..simulation import simulate
 from ._judging import JUDGED, Judgement
 from ._machine import Parameter, as_impacts, oscillator
 from .prediction import Posterior

@@ -50,7 +50,7 @@ class OscillatorBatch(Sequence[Oscillator]):
     array([20, 20])
     """
 
-    moved_by = "impactsig.simulate.batches.many"
+    moved_by = "impactsig.simulation.batches.many"
 
     def __init__(
         self,

@@ -91,7 +91,7 @@ class Cantilever:
     damping_ratio: float | Sequence[float] = 0.03
     modes: int = 8
 
-    moved_by: ClassVar[str] = "impactsig.simulate.beam.beams"
+    moved_by: ClassVar[str] = "impactsig.simulation.beam.beams"
     time_unit: ClassVar[float] = 1.0
     in_seconds: ClassVar[bool] = True
 

@@ -61,7 +61,7 @@ class Flow:
     coordinates: Sequence[str] = ()
     name: str = "flow"
 
-    moved_by: ClassVar[str] = "impactsig.simulate.flows.flow_motion"
+    moved_by: ClassVar[str] = "impactsig.simulation.flows.flow_motion"
     time_unit: ClassVar[float] = 1.0
     in_seconds: ClassVar[bool] = False
     forcing_period: ClassVar[None] = None

@@ -171,7 +171,7 @@ class Oscillator:
     def moved_by(self) -> str:
         """Name of the module whose `move` simulates it."""
         noisy = self.noise is not None and self.noise.intensity > 0
-        return "impactsig.stochastic.noisy_motion" if noisy else "impactsig.simulate.simulation"
+        return "impactsig.stochastic.noisy_motion" if noisy else "impactsig.simulation.simulation"
 
     @property
     def dimension(self) -> int:

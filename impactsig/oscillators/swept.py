@@ -68,7 +68,7 @@ class Swept:
     amplitude_rate: float = 0.0
     start: float = 0.0
 
-    moved_by: ClassVar[str] = "impactsig.simulate.sweeping"
+    moved_by: ClassVar[str] = "impactsig.simulation.sweeping"
 
     def __post_init__(self) -> None:
         own = self.oscillator

@@ -11,9 +11,9 @@ import numpy as np
 from .._arguments import GREATEST, instance, number, one_of_them, reals
 from ..errors import InvalidInput
 from ..oscillators import Oscillator
-from ..simulate.basis.frame import reference_frequency
-from ..simulate.exact.starts import first_places
-from ..simulate.run import span
+from ..simulation.basis.frame import reference_frequency
+from ..simulation.exact.starts import first_places
+from ..simulation.run import span
 from ._scales import Survey, survey
 from .paths.running import Method, check_method
 

@@ -13,8 +13,8 @@ from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..impacts import Impacts, exact
 from ..oscillators import Oscillator
-from ..simulate.basis.frame import strobe_times
-from ..simulate.moved import Moved
+from ..simulation.basis.frame import strobe_times
+from ..simulation.moved import Moved
 from ._arguments import TURN, course
 from .paths.running import Method, Mover, key_of
 

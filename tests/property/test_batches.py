@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from impactsig import InvalidInput, simulate, simulate_many
-from impactsig.simulate.batches import moving as _moving
+from impactsig.simulation.batches import moving as _moving
 
 from ..unit.test_stacked_tables import machine
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactsig import Impacts
-from impactsig.simulate.instruments.measuring import measure
+from impactsig.simulation.instruments.measuring import measure
 from tests import naive
 
 SHARE = st.floats(0, 1)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactsig import Impacts, repair_intervals
-from impactsig.simulate.instruments.measuring import measure
+from impactsig.simulation.instruments.measuring import measure
 
 SHARE = st.sampled_from([0.0, 0.02, 0.1])
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactsig import Impacts
-from impactsig.simulate.instruments.sensors import LoadCell, Microphone
-from impactsig.simulate.instruments.synthesis import synthesize
+from impactsig.simulation.instruments.sensors import LoadCell, Microphone
+from impactsig.simulation.instruments.synthesis import synthesize
 
 # Scaling by powers of two is exact as long as no number becomes subnormal.
 PEAK = st.just(0.0) | st.floats(1e-6, 100)

@@ -22,7 +22,7 @@ from impactsig import (
     RungeKutta,
     Stop,
 )
-from impactsig.simulate.basis.events import IMPACT, PART, RELEASE, REVERSE, STICK, TOUCH
+from impactsig.simulation.basis.events import IMPACT, PART, RELEASE, REVERSE, STICK, TOUCH
 from tests.neighbours import derivative, events
 
 

@@ -21,7 +21,7 @@ from impactsig import (
     Stop,
     simulate,
 )
-from impactsig.simulate.basis.events import DONE, MARK, START
+from impactsig.simulation.basis.events import DONE, MARK, START
 from tests.drive import drive
 
 EXACT, STEPPED = None, RungeKutta(1e-12)

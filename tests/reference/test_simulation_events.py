@@ -9,7 +9,7 @@ import pytest
 
 import impactsig
 from impactsig import BaseMotion, Force, Friction, KelvinVoigt, Oscillator, Rigid, Stop
-from impactsig.simulate.basis import events as _events
+from impactsig.simulation.basis import events as _events
 from tests.naive_contacts import Machine
 
 KINDS = {

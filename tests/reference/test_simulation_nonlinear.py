@@ -12,7 +12,7 @@ from scipy.special import beta, ellipk
 import impactsig
 from impactsig import BaseMotion, Force, KelvinVoigt, Oscillator, Rigid, Stop, scenes
 from impactsig.oscillators import Friction, Hertz
-from impactsig.simulate.basis.events import (
+from impactsig.simulation.basis.events import (
     DONE,
     IMPACT,
     PART,
@@ -21,7 +21,7 @@ from impactsig.simulate.basis.events import (
     STICK,
     TOUCH,
 )
-from impactsig.simulate.stepping.runge_kutta import FixedStep, RungeKutta
+from impactsig.simulation.stepping.runge_kutta import FixedStep, RungeKutta
 from tests import naive_simulate
 from tests.drive import drive
 

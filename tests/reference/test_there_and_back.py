@@ -11,9 +11,9 @@ import impactsig
 from benchmarks.recordings import score
 from impactsig import Force
 from impactsig.comparison import compare
-from impactsig.simulate.instruments.measuring import measure
-from impactsig.simulate.instruments.sensors import LoadCell, Microphone
-from impactsig.simulate.instruments.synthesis import SPEED_OF_SOUND, synthesize
+from impactsig.simulation.instruments.measuring import measure
+from impactsig.simulation.instruments.sensors import LoadCell, Microphone
+from impactsig.simulation.instruments.synthesis import SPEED_OF_SOUND, synthesize
 
 VOLTS = 0.6  # per unit of approach velocity
 

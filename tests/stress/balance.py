@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impactsig.simulate.basis.events import IMPACT, RELEASE, START, STICK, TOUCH
+from impactsig.simulation.basis.events import IMPACT, RELEASE, START, STICK, TOUCH
 
 from .forces import FEW, Scene, State
 from .quadrature import integrate

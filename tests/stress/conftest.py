@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from impactsig.simulate import run as _run
+from impactsig.simulation import run as _run
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 import impactsig
 from impactsig import BaseMotion, Force, Friction, KelvinVoigt, Oscillator, Rigid, Stop
-from impactsig.simulate import run as _run
+from impactsig.simulation import run as _run
 from tests.stress.balance import check
 
 RESTITUTIONS = (0.0, 1e-6, 0.2, 0.6, 0.9, 1 - 1e-12, 1.0)

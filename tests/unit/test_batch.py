@@ -26,8 +26,8 @@ from impactsig import (
     simulate_many,
 )
 from impactsig.results import OscillatorBatch
-from impactsig.simulate.basis.columns import columns_of, spread
-from impactsig.simulate.exact.modes import SHARED, stacks, tables
+from impactsig.simulation.basis.columns import columns_of, spread
+from impactsig.simulation.exact.modes import SHARED, stacks, tables
 
 
 def same(one, other):
@@ -146,7 +146,7 @@ def test_motions_of_many_are_those_of_each(name):
 
 
 def test_events_that_fill_the_buffer_many_times_are_all_kept(monkeypatch):
-    from impactsig.simulate.batches import moving as _moving
+    from impactsig.simulation.batches import moving as _moving
 
     monkeypatch.setattr(_moving, "ROOM", 11)
     found = simulate_many(MACHINES["chatter that sticks"], periods=5, workers=1)

@@ -7,8 +7,8 @@ import pytest
 import soundfile
 
 from impactsig import Impacts, cli
-from impactsig.simulate.instruments.sensors import LoadCell
-from impactsig.simulate.instruments.synthesis import synthesize
+from impactsig.simulation.instruments.sensors import LoadCell
+from impactsig.simulation.instruments.synthesis import synthesize
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)

@@ -276,7 +276,7 @@ def test_every_failure_is_one_line(words, code, told, tmp_path, monkeypatch, cap
 
 
 def test_a_run_that_ends_early_says_so(monkeypatch, capsys):
-    from impactsig.simulate import run as _run
+    from impactsig.simulation import run as _run
 
     monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 0)
     monkeypatch.setattr(_run, "LEGS_AT_LEAST", 1000)

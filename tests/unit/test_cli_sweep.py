@@ -12,7 +12,7 @@ from impactsig import cli, lyapunov_spectrum, open_study, orbit_period, scenes, 
 from impactsig.cli import _observables
 from impactsig.cli import _sweeping as options
 from impactsig.cli._observables import ENDS, OBSERVABLES, Observable, Observing
-from impactsig.simulate.basis.events import STATUS
+from impactsig.simulation.basis.events import STATUS
 
 pytest.importorskip("zarr")
 BRIEF = ["--periods=40", "--transient=20"]
@@ -84,7 +84,7 @@ def test_sticking_and_ends(monkeypatch):
     }  # fmt: skip
     assert held > 0
     assert set(ENDS) == {end for end in STATUS if end}
-    from impactsig.simulate import run as _run
+    from impactsig.simulation import run as _run
 
     monkeypatch.setattr(_run, "LEGS_PER_PERIOD", 0)
     cell = Observing(scenes.karpodinis, {}, {"periods": 300_000}, ("status",))

@@ -36,7 +36,7 @@ from impactsig.control.running.delays.line import cut
 from impactsig.dynamics.periodic.collocation import chebyshev
 from impactsig.oscillators import BaseMotion, Force
 from impactsig.results import ControlledMotion
-from impactsig.simulate.basis.delay import bernstein
+from impactsig.simulation.basis.delay import bernstein
 
 BEAM = scenes.karpodinis(20.3355)
 LOCK = DelayedFeedback(0.15, 1, limit=0.1)

@@ -140,8 +140,8 @@ def test_a_kernel_is_followed_while_it_runs(monkeypatch):
 @pytest.mark.parametrize(
     ("module", "system", "asked", "total", "unit"),
     [
-        ("simulate.run", impactsig.scenes.karpodinis(22.1), {"periods": 7}, 7, " periods"),
-        ("simulate.run", impactsig.scenes.karpodinis(22.1), {"duration": 0.3}, 0.3, " s"),
+        ("simulation.run", impactsig.scenes.karpodinis(22.1), {"periods": 7}, 7, " periods"),
+        ("simulation.run", impactsig.scenes.karpodinis(22.1), {"duration": 0.3}, 0.3, " s"),
         ("simulate.flows.flow_motion", impactsig.flows.rossler(), {"duration": 9.0}, 9.0, " s"),
     ],
 )

@@ -33,7 +33,7 @@ from impactsig.fitting.together._together import WIDEST, Joint, Layout, covarian
 from impactsig.fitting.together.joint import _without_echoes, mirrored
 from impactsig.fitting.trains.echoes import _dithered, echoes, without
 from impactsig.fitting.trains.partition import Train
-from impactsig.simulate.batches.trains import Impacting
+from impactsig.simulation.batches.trains import Impacting
 
 FREQUENCY, RESTITUTION, DAMPING, AMPLITUDE = 20.3, 0.4, 0.03, 0.3
 FAR, STIFFNESS = 0.8, 30.0

@@ -12,7 +12,7 @@ from impactsig.fitting.orbits._laying_kernels import leave_out
 from impactsig.fitting.searching.simulated import Beginnings, chained, simulated
 from impactsig.fitting.trains.moments import Moments
 from impactsig.fitting.trains.partition import Train
-from impactsig.simulate.batches.trains import Impacting, impacts_of_many
+from impactsig.simulation.batches.trains import Impacting, impacts_of_many
 
 FREQUENCY = 20.1
 MACHINES = {

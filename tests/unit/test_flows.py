@@ -20,7 +20,7 @@ from impactsig import (
     threshold_crossings,
 )
 from impactsig.dynamics.tangents import lyapunov
-from impactsig.simulate.flows import course
+from impactsig.simulation.flows import course
 
 
 def turning(t, y, omega):
@@ -164,7 +164,7 @@ def test_states_on_a_circle():
 
 
 def test_states_do_not_depend_on_what_else_is_asked_for(monkeypatch):
-    from impactsig.simulate.flows import flow_motion
+    from impactsig.simulation.flows import flow_motion
 
     motion = simulate(flows.lorenz(), duration=30.0, transient=5.0)
     time = np.linspace(5, 35, 201)
@@ -209,7 +209,7 @@ def test_a_transient_is_a_later_start():
 
 
 def test_a_run_in_pieces_is_the_whole(monkeypatch):
-    from impactsig.simulate.flows import course as _course
+    from impactsig.simulation.flows import course as _course
 
     def run():
         fired = integrate_and_fire(flows.lorenz(), 20, count=30)
@@ -295,8 +295,8 @@ def test_the_kernels_are_found_in_the_cache_whatever_the_flow():
         "flow = Flow(lambda t, y: (2 * y[1], -y[0]), (1, 0))\n"
         "threshold_crossings(flow, 0.5, signal=lambda y: y[0] + y[1], count=2)\n"
         "simulate(flow, duration=1.0)\n"
-        "from impactsig.simulate.flows.flow_spikes import spikes\n"
-        "from impactsig.simulate.flows.flow_steps import states\n"
+        "from impactsig.simulation.flows.flow_spikes import spikes\n"
+        "from impactsig.simulation.flows.flow_steps import states\n"
         "print(*[sum(kernel.stats.cache_misses.values()) for kernel in (spikes, states)])\n"
     )
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)

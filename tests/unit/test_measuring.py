@@ -18,7 +18,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.simulate.instruments.measuring import ECHO_STRENGTH, Measured, measure
+from impactsig.simulation.instruments.measuring import ECHO_STRENGTH, Measured, measure
 
 
 def train(count=20_000, interval=0.05, **known):

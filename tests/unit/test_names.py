@@ -1,4 +1,4 @@
-"""A function that shares its name with a package: the name is the function's."""
+"""What names mean: of functions, of packages, of parameters that several functions have."""
 
 from __future__ import annotations
 
@@ -6,38 +6,17 @@ import inspect
 import pickle
 import pydoc
 import re
-import subprocess
-import sys
+from pathlib import Path
 
 import pytest
 
 import impactsig
 
-FIRST = [
-    "import impactsig",
-    "import impactsig.{0}",
-    "import impactsig.{0}._rest_of_the_package",
-    "from impactsig.{0} import {0}",
-    "from impactsig import {0}",
-    "import impactsig; impactsig.measure, impactsig.OGY",
-    "import impactsig.{0} as found; assert inspect.isfunction(found)",
-]
-INSIDE = {"simulate": "instruments.measuring"}
 
-
-@pytest.mark.parametrize("name", ["simulate"])
-def test_a_function_is_found_by_its_name_whatever_was_imported_first(name):
-    lines = ["import inspect, sys"]
-    for first in FIRST:
-        first = first.format(name).replace("_rest_of_the_package", INSIDE[name])
-        lines += [
-            "[sys.modules.pop(one) for one in list(sys.modules) if one.startswith('impactsig')]",
-            first,
-            "import impactsig",
-            f"assert inspect.isfunction(impactsig.{name}), {first!r}",
-            f"assert inspect.ismodule(sys.modules['impactsig.{name}']), {first!r}",
-        ]
-    subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True)
+def test_no_function_shares_its_name_with_a_package_or_module_beside_it():
+    beside = {path.stem for path in Path(impactsig.__file__).parent.iterdir()}
+    shared = beside.intersection(impactsig.__all__)
+    assert {name for name in shared if not inspect.ismodule(getattr(impactsig, name))} == set()
 
 
 @pytest.mark.parametrize(
@@ -53,11 +32,6 @@ def test_help_shows_the_function(name, first, last):
     assert "Parameters\n" in shown
     assert "PACKAGE CONTENTS" not in shown
     assert pickle.loads(pickle.dumps(function)) is function
-
-
-def test_what_is_assigned_to_a_name_stays(monkeypatch):
-    monkeypatch.setattr(impactsig, "simulate", "another")
-    assert impactsig.simulate == "another"
 
 
 def _public():

@@ -22,7 +22,7 @@ from impactsig import (
     scenes,
     simulate,
 )
-from impactsig.simulate.instruments._thresholding import CUT, RELEASE, TRIGGER, _noise, spikes
+from impactsig.simulation.instruments._thresholding import CUT, RELEASE, TRIGGER, _noise, spikes
 
 
 def beam(frequency=22.1, periods=500, **changes):

@@ -115,4 +115,4 @@ def test_private_modules_are_not_imported_from_other_packages():
     ]
     assert wrong == []
     assert foreign.match("    from ..detect._files import opened")  # as some did
-    assert foreign.match("from ..simulate.run import CHUNK, _engine")
+    assert foreign.match("from ..simulation.run import CHUNK, _engine")

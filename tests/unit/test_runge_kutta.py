@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from impactsig import Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop
 from impactsig.oscillators import Friction, Hertz
-from impactsig.simulate.basis.contract import Moment
-from impactsig.simulate.basis.events import (
+from impactsig.simulation.basis.contract import Moment
+from impactsig.simulation.basis.events import (
     BROKEN,
     DIVERGED,
     DONE,
@@ -27,7 +27,7 @@ from impactsig.simulate.basis.events import (
     STICK,
     TOUCH,
 )
-from impactsig.simulate.stepping.runge_kutta import FixedStep, RungeKutta, SteppingEngine
+from impactsig.simulation.stepping.runge_kutta import FixedStep, RungeKutta, SteppingEngine
 from tests.drive import drive
 
 METHODS = [RungeKutta(1e-9), FixedStep(200)]
@@ -268,7 +268,7 @@ def test_late_periods_are_as_exact_as_early_ones():
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=7), st.floats(-3, 0))
 def test_no_root_of_a_polynomial_is_missed(roots, power):
     """Products of (r - x): the first root in (0, 1) is found, or found to be of even order."""
-    from impactsig.simulate.basis.roots import first_root
+    from impactsig.simulation.basis.roots import first_root
 
     # Apart, so that which is first and of which order is clear in double precision.
     roots = sorted({round(r, 1) + 0.05 for r in roots})

@@ -13,7 +13,7 @@ import soundfile
 
 from benchmarks.recordings import score
 from impactsig import Impacts, detect_impacts, read
-from impactsig.simulate.instruments.synthesis import SPEED_OF_SOUND
+from impactsig.simulation.instruments.synthesis import SPEED_OF_SOUND
 from tests import naive
 
 FOLDER = Path(__file__).resolve().parents[2] / "data_samples"

@@ -47,7 +47,7 @@ def test_periods_need_a_forcing():
 
 
 def test_the_package_and_the_function_are_one():
-    from impactsig.simulate import simulate
+    from impactsig.simulation import simulate
 
     assert repr(simulate(BEAM, periods=50)) == repr(impactsig.simulate(BEAM, periods=50))
 
@@ -65,7 +65,7 @@ def test_counting_finds_what_keeping_finds():
 
 
 def test_events_beyond_one_buffer_are_all_kept(monkeypatch):
-    from impactsig.simulate import run as _run
+    from impactsig.simulation import run as _run
 
     whole = impactsig.simulate(BEAM, periods=500)
     monkeypatch.setattr(_run, "CHUNK", 8)

@@ -22,9 +22,9 @@ from impactsig import (
 from impactsig.dynamics.diagrams.settling.cells import follow_cells
 from impactsig.dynamics.diagrams.settling.closing import _about_to_close
 from impactsig.dynamics.diagrams.settling.settling import settle
-from impactsig.simulate.basis.columns import columns_of, form_of
-from impactsig.simulate.basis.events import STROBE_IMPACTS
-from impactsig.simulate.exact.modes import SHARED, stacks, tables
+from impactsig.simulation.basis.columns import columns_of, form_of
+from impactsig.simulation.basis.events import STROBE_IMPACTS
+from impactsig.simulation.exact.modes import SHARED, stacks, tables
 
 
 def machine(rng):

@@ -561,7 +561,7 @@ EDITS = {
     ("io/instruments/uff.py", "# typo"): set(),
     ("io/instruments/uff.py", '"""Not a docstring, but nothing either."""'): set(),
     ("io/instruments/uff.py", "LATER = 1"): {"reading", "passing on"},
-    ("simulate/exact/flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
+    ("simulation/exact/flow.py", "LATER = 1"): {"simulating", "importing", "passing on"},
     ("dynamics/tangents/lyapunov.py", "LATER = 1"): {"importing", "passing on"},
     ("oscillators/parts.py", "LATER = 1"): {"simulating", "importing", "passing on", "posing"},
     ("plot/records/trains.py", "LATER = 1"): set(),
@@ -613,8 +613,8 @@ def test_a_comment_in_this_package_voids_no_study(package, tmp_path):
 
     assert run() == "[2. 3.]\n"
     for file, line, told in (
-        ("simulate/exact/flow.py", "# typo", "[2. 3.]"),
-        ("simulate/exact/flow.py", "LATER = 1", "in it differ: code: impactsig (changed)"),
+        ("simulation/exact/flow.py", "# typo", "[2. 3.]"),
+        ("simulation/exact/flow.py", "LATER = 1", "in it differ: code: impactsig (changed)"),
     ):
         path = package / file
         text = path.read_text()

@@ -11,8 +11,8 @@ import impactsig
 from benchmarks.recordings import PULSES, add_pulses, score
 from impactsig import Impacts, InvalidInput
 from impactsig.impacts import CLIPPED
-from impactsig.simulate.instruments.sensors import LoadCell, Microphone
-from impactsig.simulate.instruments.synthesis import SPEED_OF_SOUND, synthesize
+from impactsig.simulation.instruments.sensors import LoadCell, Microphone
+from impactsig.simulation.instruments.synthesis import SPEED_OF_SOUND, synthesize
 
 
 def train(seed, *, duration=60.0, rate=20.0, floor=0.008, after=0.002):

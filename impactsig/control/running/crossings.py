@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...oscillators.flows import Flow
-from ...simulate.basis.events import ROUNDED, TIME
-from ...simulate.flows.course import Running, coordinate_of
+from ...simulation.basis.events import ROUNDED, TIME
+from ...simulation.flows.course import Running, coordinate_of
 
 
 class Crossings:
@@ -49,7 +49,7 @@ class Crossings:
 
     def next(self, state: np.ndarray, time: float, end: float) -> tuple[float, np.ndarray] | None:
         """Time and state of the next crossing; None if there is none before the end."""
-        from ...simulate.flows.flow_spikes import Task
+        from ...simulation.flows.flow_spikes import Task
 
         self._begin(self._finding, state, time)
         times, _ = self._finding.spikes(Task(self.level, True, False, end, 1))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...oscillators import Oscillator
-from ...simulate.basis.contract import run_on
-from ...simulate.basis.events import (
+from ...simulation.basis.contract import run_on
+from ...simulation.basis.events import (
     COLUMNS,
     FULL,
     LINE_FULL,
@@ -22,13 +22,13 @@ from ...simulate.basis.events import (
     TURNS,
     row_of,
 )
-from ...simulate.basis.frame import forcing_of_one
-from ...simulate.basis.tableau import DEGREE
-from ...simulate.exact.exact import piecewise_linear
-from ...simulate.exact.starts import first_place
-from ...simulate.motion import Motion, assemble
-from ...simulate.run import CHUNK, after, work
-from ...simulate.stepping.runge_kutta import RungeKutta, SteppingEngine
+from ...simulation.basis.frame import forcing_of_one
+from ...simulation.basis.tableau import DEGREE
+from ...simulation.exact.exact import piecewise_linear
+from ...simulation.exact.starts import first_place
+from ...simulation.motion import Motion, assemble
+from ...simulation.run import CHUNK, after, work
+from ...simulation.stepping.runge_kutta import RungeKutta, SteppingEngine
 from ..feedback import DelayedFeedback, check_signal
 from ..schedule import Phase
 from .delays.delay_line import DelayLine, basis
@@ -36,7 +36,7 @@ from .delays.series import ORDER as SERIES
 from .delays.series import series_laps, series_room
 
 if TYPE_CHECKING:
-    from ...simulate.basis.delay import Feedback, Line
+    from ...simulation.basis.delay import Feedback, Line
     from .delays.force import Room
 
 ROWS = 4096  # of the delay line, to begin with
@@ -176,7 +176,7 @@ class DelayedRun(LineRun):
 
     def feedback(self, feedback: DelayedFeedback | None) -> Feedback:
         """The feedback in the engine's units."""
-        from ...simulate.basis.delay import DISPLACEMENT, VELOCITY, Feedback
+        from ...simulation.basis.delay import DISPLACEMENT, VELOCITY, Feedback
 
         if feedback is None:
             return Feedback(False, 0.0, 0.0, 0.0, math.inf, math.inf, DISPLACEMENT, 0.0)
@@ -252,7 +252,7 @@ def laps_of(feedback: DelayedFeedback | None) -> np.ndarray:
 
 def new_line(rows: int, coordinates: int, degree: int | None = None) -> Line:
     """Allocate a delay line, of polynomials in Bernstein form or in powers of a degree."""
-    from ...simulate.basis.delay import Line
+    from ...simulation.basis.delay import Line
 
     return Line(
         np.zeros((rows, 3)),

@@ -14,15 +14,15 @@ from ..._showing import drawn_by
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...oscillators.flows import Flow
-from ...simulate.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
-from ...simulate.basis.tableau import tableau
-from ...simulate.flows.course import STEPS, Running, coordinate_of
-from ...simulate.moved import Moved
+from ...simulation.basis.events import LINE_FULL, PHASE, STATUS, TURN, TURNS
+from ...simulation.basis.tableau import tableau
+from ...simulation.flows.course import STEPS, Running, coordinate_of
+from ...simulation.moved import Moved
 from ..feedback import DelayedFeedback
 from .delayed import ROWS, LineRun, laps_of, new_line, new_room
 
 if TYPE_CHECKING:
-    from ...simulate.basis.delay import Feedback, Line
+    from ...simulation.basis.delay import Feedback, Line
 
 AT_LEAST, PER_TIME = 200_000, 2_000  # steps after which a run is given up
 
@@ -53,7 +53,7 @@ class KeptLine(NamedTuple):
 
     def force(self, time: np.ndarray) -> np.ndarray:
         """Term added to the rate of the coordinate that is fed back."""
-        from ...simulate.basis.delay import FORCE
+        from ...simulation.basis.delay import FORCE
 
         return self._course(FORCE, time)
 
@@ -192,7 +192,7 @@ class _Going(LineRun, Running):
 
     def feedback(self, own: DelayedFeedback | None) -> Feedback:
         """The feedback in the kernel's units."""
-        from ...simulate.basis.delay import Feedback
+        from ...simulation.basis.delay import Feedback
         from .delays.flow_run import COORDINATES
 
         if own is None:

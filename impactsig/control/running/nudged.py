@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...oscillators import Oscillator
-from ...simulate.basis.contract import Engine, Moment, run_on
-from ...simulate.basis.events import (
+from ...simulation.basis.contract import Engine, Moment, run_on
+from ...simulation.basis.events import (
     COLUMNS,
     DONE,
     MARK,
@@ -28,11 +28,11 @@ from ...simulate.basis.events import (
     V,
     row_of,
 )
-from ...simulate.basis.frame import base_motion, forcing_of_one, multiple, pace
-from ...simulate.exact.starts import first_place
-from ...simulate.motion import Motion, assemble
-from ...simulate.run import CHUNK, LEGS_PER_PERIOD, after, engine_of
-from ...simulate.stepping.runge_kutta import SteppingEngine
+from ...simulation.basis.frame import base_motion, forcing_of_one, multiple, pace
+from ...simulation.exact.starts import first_place
+from ...simulation.motion import Motion, assemble
+from ...simulation.run import CHUNK, LEGS_PER_PERIOD, after, engine_of
+from ...simulation.stepping.runge_kutta import SteppingEngine
 from ..ogy import OGY
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...oscillators import Oscillator
-from ...simulate.basis.events import (
+from ...simulation.basis.events import (
     COLUMNS,
     FULL,
     IMPACT,
@@ -18,8 +18,8 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.motion import Motion
-from ...simulate.run import LEGS_AT_LEAST, after
+from ...simulation.motion import Motion
+from ...simulation.run import LEGS_AT_LEAST, after
 from .listening import Listener
 from .nudged import Nudged, SpannedRun
 

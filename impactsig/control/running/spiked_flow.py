@@ -9,7 +9,7 @@ import numpy as np
 
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
-from ...simulate.flows.course import state_of
+from ...simulation.flows.course import state_of
 from .crossings import Crossings
 from .flow import ControlledFlowMotion
 from .listening import Listener

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...dynamics.tangents.tangent import TangentMap, tangent_map
 from ...oscillators import Oscillator
-from ...simulate import simulate
+from ...simulation import simulate
 from ..ogy import NUDGE, OGY
 from ..running.nudged import nudge
 from ..schedule import Phase

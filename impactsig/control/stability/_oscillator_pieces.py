@@ -11,7 +11,7 @@ from ...dynamics.periodic.collocation import NODES, chebyshev
 from ...dynamics.periodic.orbits import PeriodicOrbit
 from ...errors import InvalidInput
 from ...oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
-from ...simulate.basis.events import (
+from ...simulation.basis.events import (
     IMPACT,
     PART,
     PHASE,
@@ -27,8 +27,8 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.basis.frame import base_motion, forcing, pace
-from ...simulate.basis.laws import hertz_push, spring_push
+from ...simulation.basis.frame import base_motion, forcing, pace
+from ...simulation.basis.laws import hertz_push, spring_push
 from ..feedback import DelayedFeedback, check_signal
 from ._variation import Piece, Variation, laps_in, moving
 

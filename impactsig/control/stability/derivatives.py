@@ -15,8 +15,8 @@ from ...dynamics.tangents.lyapunov import GONE, LyapunovSpectrum, spectrum_from
 from ...dynamics.tangents.tangent import TangentMap, map_from, multiplied
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate import simulate
-from ...simulate.run import count_of_periods
+from ...simulation import simulate
+from ...simulation.run import count_of_periods
 from ..controlling import Controlled, section_of
 from ..feedback import DelayedFeedback
 from ..intervals import IntervalFeedback

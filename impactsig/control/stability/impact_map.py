@@ -9,9 +9,9 @@ import numpy as np
 from ...dynamics.periodic.orbits import PeriodicOrbit
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate import RungeKutta, simulate
-from ...simulate.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TOUCH, TURN, TURNS
-from ...simulate.exact.exact import piecewise_linear
+from ...simulation import RungeKutta, simulate
+from ...simulation.basis.events import IMPACT, PHASE, ROW_KIND, ROW_V, TOUCH, TURN, TURNS
+from ...simulation.exact.exact import piecewise_linear
 from .._differences import slopes
 from ..ogy import check_parameter, moved
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ..._compiling.compiled import allocating
-from ...simulate.exact.flow import COMPLETE, Leg, bounds, locate
-from ...simulate.exact.gap import close, stays_open
+from ...simulation.exact.flow import COMPLETE, Leg, bounds, locate
+from ...simulation.exact.gap import close, stays_open
 
 
 @allocating

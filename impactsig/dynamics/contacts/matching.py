@@ -13,7 +13,7 @@ from ..._arguments import function, instance, number, reals, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate import simulate_many
+from ...simulation import simulate_many
 from ..arguments import parameter_names, parameter_values
 
 TOGETHER = 256  # motions that are kept at a time

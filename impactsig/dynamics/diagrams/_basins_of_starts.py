@@ -11,7 +11,7 @@ from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate.basis.events import STROBE_IMPACTS
+from ...simulation.basis.events import STROBE_IMPACTS
 from ._flow_sections import Section
 from ._whole_motions import checked_whole, whole_motion
 from .settling.settling import ground, settle

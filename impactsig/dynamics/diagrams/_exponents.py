@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ...oscillators import Oscillator
-from ...simulate.basis.columns import columns_of_forms
-from ...simulate.batches.moving import Moving
-from ...simulate.exact.exact import piecewise_linear
-from ...simulate.exact.modes import stacks, subset
-from ...simulate.exact.starts import first_phases
+from ...simulation.basis.columns import columns_of_forms
+from ...simulation.batches.moving import Moving
+from ...simulation.exact.exact import piecewise_linear
+from ...simulation.exact.modes import stacks, subset
+from ...simulation.exact.starts import first_phases
 from ..tangents.batches.spectra import carried
 from ..tangents.batches.tangent_maps import maps_over
 from ..tangents.lyapunov import lyapunov_spectrum

@@ -9,10 +9,10 @@ import numpy as np
 from ..._arguments import number, pair
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
-from ...simulate import simulate
-from ...simulate.basis.events import DIVERGED, ENDLESS
-from ...simulate.flows.course import Running, coordinate_of
-from ...simulate.flows.flow_motion import FlowMotion
+from ...simulation import simulate
+from ...simulation.basis.events import DIVERGED, ENDLESS
+from ...simulation.flows.course import Running, coordinate_of
+from ...simulation.flows.flow_motion import FlowMotion
 from ..periodic.flow_shooting import jacobian, rate_at
 
 Section = tuple[str | int, float]
@@ -50,7 +50,7 @@ def cut(
     The first of ``count + 1`` instants ends the transient. A flow that comes to rest has as many
     states, all alike, but no rates. Of one that does neither, what it does instead.
     """
-    from ...simulate.flows.flow_spikes import Task, spikes
+    from ...simulation.flows.flow_spikes import Task, spikes
 
     signal, level = section
     column = coordinate_of(flow, signal)

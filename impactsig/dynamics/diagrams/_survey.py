@@ -12,12 +12,12 @@ from ..._arguments import number, thread_count, whole
 from ..._running.threads import in_threads
 from ...errors import InvalidInput
 from ...oscillators import Oscillator, Rigid
-from ...simulate.basis.columns import form_of
-from ...simulate.basis.events import LOW, PHASE, STROBE, STROBE_IMPACTS
-from ...simulate.batches.moving import takes
-from ...simulate.exact.exact import ExactEngine
-from ...simulate.exact.starts import begun
-from ...simulate.run import Run
+from ...simulation.basis.columns import form_of
+from ...simulation.basis.events import LOW, PHASE, STROBE, STROBE_IMPACTS
+from ...simulation.batches.moving import takes
+from ...simulation.exact.exact import ExactEngine
+from ...simulation.exact.starts import begun
+from ...simulation.run import Run
 from ..arguments import recurring
 from .settling.cells import LEGS, NOTHING_KNOWN
 from .settling.closing import LONGEST

@@ -17,7 +17,7 @@ from ..._arguments import Seed
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate import simulate
+from ...simulation import simulate
 from ._flow_sections import Section, cut
 
 

@@ -13,8 +13,8 @@ from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate.basis.events import DONE
-from ...simulate.exact.exact import piecewise_linear
+from ...simulation.basis.events import DONE
+from ...simulation.exact.exact import piecewise_linear
 from ...studies.device import Executor, on_gpu
 from ..arguments import parameter_values, recurring
 from ._basins_of_starts import ends

@@ -13,12 +13,12 @@ from ..._running.threads import in_threads
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate.basis.columns import Columns, chosen, columns_of, form_of, spread
-from ...simulate.basis.events import DONE, STROBE_IMPACTS
-from ...simulate.basis.frame import first_phase, place_of
-from ...simulate.batches.moving import takes
-from ...simulate.exact.exact import piecewise_linear
-from ...simulate.run import span
+from ...simulation.basis.columns import Columns, chosen, columns_of, form_of, spread
+from ...simulation.basis.events import DONE, STROBE_IMPACTS
+from ...simulation.basis.frame import first_phase, place_of
+from ...simulation.batches.moving import takes
+from ...simulation.exact.exact import piecewise_linear
+from ...simulation.run import span
 from ...studies.device import Executor, on_gpu
 from ..arguments import made_of_arrays, parameter_names, parameter_values
 from ._flow_sections import Section, checked_section

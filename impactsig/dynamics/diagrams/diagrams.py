@@ -14,8 +14,8 @@ from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator, Rigid
 from ...oscillators.flows import Flow
-from ...simulate.batches.course import Course
-from ...simulate.simulation import what_it_is
+from ...simulation.batches.course import Course
+from ...simulation.simulation import what_it_is
 from ..arguments import parameter_names, parameter_values
 from ..tangents.lyapunov import lyapunov_spectrum
 from ._exponents import Place, exponents_at, exponents_of

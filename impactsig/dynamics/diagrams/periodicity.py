@@ -10,8 +10,8 @@ import numpy as np
 from ..._arguments import instance, number, whole
 from ..._showing import Shown
 from ...errors import InvalidInput
-from ...simulate import Motion
-from ...simulate.basis.frame import reference_frequency
+from ...simulation import Motion
+from ...simulation.basis.frame import reference_frequency
 from ..arguments import recurring
 
 

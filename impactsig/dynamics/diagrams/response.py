@@ -13,8 +13,8 @@ from ..._arguments import function, number, thread_count, whole
 from ..._showing import Shown, drawn_by
 from ...oscillators import Cantilever, Oscillator, Rigid
 from ...oscillators.flows import Flow
-from ...simulate.batches.course import Course
-from ...simulate.flows.course import coordinate_of
+from ...simulation.batches.course import Course
+from ...simulation.flows.course import coordinate_of
 from ..arguments import parameter_names, parameter_values
 from ._flow_sections import checked_section
 from ._whole_motions import SYSTEMS, checked_whole, whole_motion

@@ -11,7 +11,7 @@ import numpy as np
 from ..._arguments import refuse
 from ...errors import InvalidInput
 from ...oscillators import Cantilever
-from ...simulate.beam.beam_arguments import initial_state
+from ...simulation.beam.beam_arguments import initial_state
 from .shooting import Shooting, distinct
 
 

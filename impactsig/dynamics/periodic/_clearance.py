@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...oscillators import Cantilever, Stop
-from ...simulate.basis.frame import swings
+from ...simulation.basis.frame import swings
 from .orbits import PeriodicOrbit
 
 LOOKS = 512  # at a period of the first force, for its turning points

@@ -8,7 +8,7 @@ from ..._arguments import entries, function, number, whole
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate import FixedStep, RungeKutta
+from ...simulation import FixedStep, RungeKutta
 from ..arguments import recurring
 from ._arclength import Continuation
 from .branches import Branch

@@ -12,7 +12,7 @@ from ..._arguments import number
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators.flows import Flow
-from ...simulate.flows.course import Running, state_of
+from ...simulation.flows.course import Running, state_of
 from .flow_shooting import PARTS, converged, depends_on_time, rate_at, recurs, shoot
 
 ITERATIONS = 40

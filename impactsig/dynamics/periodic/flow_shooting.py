@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...oscillators.flows import Flow
-from ...simulate.flows.course import Running
+from ...simulation.flows.course import Running
 from .collocation import chebyshev, solve
 
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding

@@ -14,8 +14,8 @@ from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate import FixedStep, RungeKutta, simulate
-from ...simulate.simulation import what_it_is
+from ...simulation import FixedStep, RungeKutta, simulate
+from ...simulation.simulation import what_it_is
 from ..arguments import instead_of, recurring
 from ..tangents.tangent import TangentMap, differentiated_by
 from ._beam_orbits import BeamShooting

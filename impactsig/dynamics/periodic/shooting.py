@@ -13,9 +13,9 @@ import numpy as np
 from ..._arguments import number, reals, whole
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate import simulate
-from ...simulate.basis.frame import reference_frequency
-from ...simulate.exact.exact import piecewise_linear
+from ...simulation import simulate
+from ...simulation.basis.frame import reference_frequency
+from ...simulation.exact.exact import piecewise_linear
 from ..arguments import recurring
 from ..tangents.batches.tangent_maps import tangent_maps
 from ..tangents.tangent import TangentMap, tangent_map

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..._compiling.compiled import kernel
-from ...simulate.basis.events import PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_V, STICK, TURN, TURNS
-from ...simulate.exact.flow import begin, bounds, locate
-from ...simulate.exact.gap import close, stays_open
+from ...simulation.basis.events import PHASE, ROW_KIND, ROW_MODE, ROW_Q, ROW_V, STICK, TURN, TURNS
+from ...simulation.exact.flow import begin, bounds, locate
+from ...simulation.exact.gap import close, stays_open
 
 # Columns of a crossing: the row before it, time since that, side come from, velocity.
 AFTER, SINCE, FROM, SPEED = range(4)

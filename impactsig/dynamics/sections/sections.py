@@ -17,8 +17,8 @@ from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
 from ...oscillators import Rigid
 from ...oscillators.flows import Flow
-from ...simulate import Motion
-from ...simulate.basis.events import (
+from ...simulation import Motion
+from ...simulation.basis.events import (
     IMPACT,
     PHASE,
     ROW_APPROACH,
@@ -28,9 +28,9 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.basis.frame import swings
-from ...simulate.beam.beam_motion import BeamMotion
-from ...simulate.exact.exact import ExactEngine
+from ...simulation.basis.frame import swings
+from ...simulation.beam.beam_motion import BeamMotion
+from ...simulation.exact.exact import ExactEngine
 
 PARTS = 512  # of a period of the first force, in which crossings of a stepped motion are looked for
 LOOKS = 64  # in a period of the highest mode of a cantilever

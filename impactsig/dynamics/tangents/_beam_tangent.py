@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...simulate.basis.events import (
+from ...simulation.basis.events import (
     BEAM_APPROACH,
     HEAD,
     IMPACT,
@@ -32,11 +32,11 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.beam.beam import CONTACT, FREE
+from ...simulation.beam.beam import CONTACT, FREE
 
 if TYPE_CHECKING:
-    from ...simulate.beam.beam_flow import Beam
-    from ...simulate.beam.beam_motion import BeamMotion
+    from ...simulation.beam.beam_flow import Beam
+    from ...simulation.beam.beam_motion import BeamMotion
 
 SLOW = 1e-12  # share of the modes' velocities: an event that comes more slowly has no derivative
 

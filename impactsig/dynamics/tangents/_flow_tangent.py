@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
-from ...simulate.basis.events import DIVERGED, DONE, EXHAUSTED, TIME, WISH
-from ...simulate.flows.flow_steps import go, rates_at, stride
+from ...simulation.basis.events import DIVERGED, DONE, EXHAUSTED, TIME, WISH
+from ...simulation.flows.flow_steps import go, rates_at, stride
 
 TOLERANCE = 1e-11  # of what a step does to a column, relative to its length
 SMALL = 6e-6  # of a coordinate, to difference by: the cube root of rounding

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
-from ...simulate.basis.events import APPROACH, COLUMNS, MODE, PHASE, START, Q, V, row_of
-from ...simulate.exact.exact import ExactEngine
-from ...simulate.run import Run, after
-from ...simulate.stepping.runge_kutta import FixedStep
+from ...simulation.basis.events import APPROACH, COLUMNS, MODE, PHASE, START, Q, V, row_of
+from ...simulation.exact.exact import ExactEngine
+from ...simulation.run import Run, after
+from ...simulation.stepping.runge_kutta import FixedStep
 from .growth import forget
 
 ROOM = 8192  # events that are held at a time
@@ -117,7 +117,7 @@ class _Stepped:
     """The kernels of `_stepped_tangent`, which repeat the steps of a stepping engine."""
 
     def __init__(self, run: Run, place: np.ndarray) -> None:
-        from ...simulate.stepping.retrace import mode_of
+        from ...simulation.stepping.retrace import mode_of
         from ._stepped_variation import STOPS
         from .columns import IN_MODE
 

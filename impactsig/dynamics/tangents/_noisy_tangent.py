@@ -18,10 +18,10 @@ import numpy as np
 
 from ...errors import InvalidInput
 from ...oscillators import Hertz, Oscillator, Rigid
-from ...simulate import simulate
-from ...simulate.basis.frame import base_motion, pace
-from ...simulate.basis.laws import HERTZ, PUSHER, spring_push
-from ...simulate.basis.stops import columns
+from ...simulation import simulate
+from ...simulation.basis.frame import base_motion, pace
+from ...simulation.basis.laws import HERTZ, PUSHER, spring_push
+from ...simulation.basis.stops import columns
 
 SMALL = 6e-6  # of the size of a path, to difference a law by: the cube root of rounding
 SMOOTH = "an oscillator under a random force, without friction, whose stops are soft"

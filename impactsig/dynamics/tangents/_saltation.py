@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import inlined, kernel
-from ...simulate.basis.events import ROW_APPROACH, ROW_V
+from ...simulation.basis.events import ROW_APPROACH, ROW_V
 from .columns import (
     BY_FRICTION,
     BY_STOP,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
-from ...simulate.basis.events import (
+from ...simulation.basis.events import (
     IMPACT,
     LOW,
     MARK,
@@ -30,11 +30,11 @@ from ...simulate.basis.events import (
     Q,
     V,
 )
-from ...simulate.basis.laws import HERTZ, LAW, LOSS, PLACE, PUSHER, RESTITUTION, SIDE, SPRING
-from ...simulate.exact.passing import pass_time, set_clock, time_until
-from ...simulate.stepping.rates import jerk, open_leg, origin, pull
-from ...simulate.stepping.retrace import mode_of
-from ...simulate.stepping.step import stride
+from ...simulation.basis.laws import HERTZ, LAW, LOSS, PLACE, PUSHER, RESTITUTION, SIDE, SPRING
+from ...simulation.exact.passing import pass_time, set_clock, time_until
+from ...simulation.stepping.rates import jerk, open_leg, origin, pull
+from ...simulation.stepping.retrace import mode_of
+from ...simulation.stepping.step import stride
 from ._saltation import approach_of, hit, set_off, slope_of_return, stick, turn
 from ._stepped_variation import STOPS, SWIFT, WISHED, pull_slopes, vary
 from .columns import (

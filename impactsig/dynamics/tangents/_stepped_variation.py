@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
-from ...simulate.basis.events import V
-from ...simulate.basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
-from ...simulate.stepping.rates import PUSHING, hertz_loss, status
+from ...simulation.basis.events import V
+from ...simulation.basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
+from ...simulation.stepping.rates import PUSHING, hertz_loss, status
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
 # the approach velocity of its last contact, and what that gains by either column.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import inlined, kernel
-from ...simulate.basis.events import (
+from ...simulation.basis.events import (
     IMPACT,
     PART,
     PHASE,
@@ -26,8 +26,8 @@ from ...simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ...simulate.exact.flow import push
-from ...simulate.exact.passing import touches
+from ...simulation.exact.flow import push
+from ...simulation.exact.passing import touches
 from ._saltation import approach_of, hit, set_off, slope_of_return, stick, turn
 from .columns import (
     BY_FRICTION,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import inlined
-from ...simulate.basis.events import PHASE, TURN, TURNS
+from ...simulation.basis.events import PHASE, TURN, TURNS
 
 # What `place` holds: turns and phase (as a clock) and the mode up to which the columns have been
 # carried; whether the mass is held, and by what; the kind of the last event; the instant to take

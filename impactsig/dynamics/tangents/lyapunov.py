@@ -16,9 +16,9 @@ from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.batch import OscillatorBatch
 from ...oscillators.flows import Flow
-from ...simulate import FixedStep, RungeKutta, simulate
-from ...simulate.flows.course import Running
-from ...simulate.simulation import CHATTER
+from ...simulation import FixedStep, RungeKutta, simulate
+from ...simulation.flows.course import Running
+from ...simulation.simulation import CHATTER
 from ...studies.device import Executor, on_gpu
 from ..arguments import instead_of
 from ._follow import Follower
@@ -329,7 +329,7 @@ def _of_path(
 def _of_flow(
     flow: Flow, length: float, transient: float, initial: Sequence[float] | None
 ) -> LyapunovSpectrum:
-    from ...simulate.basis.events import DIVERGED, DONE, STATUS
+    from ...simulation.basis.events import DIVERGED, DONE, STATUS
     from ._flow_tangent import carry
 
     running = Running(flow, None, initial)

@@ -13,8 +13,8 @@ from ..._showing import Shown
 from ...errors import InvalidInput
 from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
-from ...simulate import simulate
-from ...simulate.flows.course import state_of
+from ...simulation import simulate
+from ...simulation.flows.course import state_of
 from ..arguments import instead_of
 from ._follow import Follower
 

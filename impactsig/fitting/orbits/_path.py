@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...simulate.batches.trains import impacts_of_many
+from ...simulation.batches.trains import impacts_of_many
 from .._machine import KINDS, PARAMETERS, oscillator
 from ..trains.balance import TURN, Values, imbalance
 from ._path_kernels import AHEAD, BEGINS, FALSE, Chain, likeliest

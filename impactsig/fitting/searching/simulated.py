@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...simulate.batches.trains import Impacting, impacts_of_many
+from ...simulation.batches.trains import Impacting, impacts_of_many
 from .._machine import oscillator
 from ..trains.echoes import Echoes
 from ..trains.partition import Train

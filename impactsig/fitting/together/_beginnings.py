@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...simulate.batches.trains import Impacting, impacts_of_many
+from ...simulation.batches.trains import Impacting, impacts_of_many
 from .._machine import EXTRA, KINDS, LEAST_RESTITUTION, PARAMETERS, PLACES, oscillator
 from ..searching.problem import Problem
 from ..trains.balance import TURN, Courses, Values, courses, forcings

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._numerics.spread import DEVIATION_BY_MEDIAN
-from ...simulate.batches.trains import Impacting
+from ...simulation.batches.trains import Impacting
 from .partition import Train
 
 FOLLOWING = 4  # impacts after each, among which its echo is

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from ...control.running.flow import ControlledFlowMotion
     from ...oscillators.flows import Flow
-    from ...simulate.flows.flow_motion import FlowMotion
+    from ...simulation.flows.flow_motion import FlowMotion
 
 MOST = 20_000  # states that are drawn
 
@@ -45,7 +45,7 @@ def flow_portrait(
 
 def _two(flow: Flow, coordinates: tuple[str | int, str | int] | None) -> tuple[int, int]:
     """Numbers of the coordinates, across and up."""
-    from ...simulate.flows.course import coordinate_of
+    from ...simulation.flows.course import coordinate_of
 
     try:
         across, up = (0, 1) if coordinates is None else coordinates

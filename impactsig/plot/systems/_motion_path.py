@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...impacts import Impacts
-    from ...simulate.motion import Motion
+    from ...simulation.motion import Motion
 
 PER_PERIOD = 300
 """Points of a line in a forcing period, and a twelfth of that, at least, between two events."""

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...oscillators import Cantilever
-    from ...simulate.beam.beam_motion import BeamMotion
-    from ...simulate.beam.restitution import ApparentRestitution
+    from ...simulation.beam.beam_motion import BeamMotion
+    from ...simulation.beam.restitution import ApparentRestitution
 
 
 @checked

@@ -198,7 +198,7 @@ def controlled_flow(
     >>> course = simulate(Controlled(flows.rossler(), feedback, start=50), duration=100)
     >>> ax = plot.controlled_flow(course, coordinate="x")
     """
-    from ...simulate.flows.course import coordinate_of
+    from ...simulation.flows.course import coordinate_of
 
     k = coordinate_of(course.system, coordinate)
     ax = axes(ax)
@@ -230,7 +230,7 @@ def flow_orbit(
     >>> from impactsig import find_periodic_orbit, flows, plot
     >>> ax = plot.flow_orbit(find_periodic_orbit(flows.rossler(), period=5.88))
     """
-    from ...simulate.flows.course import coordinate_of
+    from ...simulation.flows.course import coordinate_of
 
     i, j = coordinate_of(orbit.system, x), coordinate_of(orbit.system, y)
     ax = axes(ax, width=4.2, height=3.8)

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
     from ...control.running.flow import ControlledFlowMotion
     from ...recorded import RecordedMotion
-    from ...simulate.beam.beam_motion import BeamMotion
-    from ...simulate.flows.flow_motion import FlowMotion
-    from ...simulate.motion import Motion
-    from ...simulate.spectrum import PowerSpectrum
+    from ...simulation.beam.beam_motion import BeamMotion
+    from ...simulation.flows.flow_motion import FlowMotion
+    from ...simulation.motion import Motion
+    from ...simulation.spectrum import PowerSpectrum
     from ...stochastic.noisy_motion import NoisyMotion
 
 EDGE = "#A6A6A6"
@@ -90,8 +90,8 @@ def phase_portrait(
     """
     from ...control.running.flow import ControlledFlowMotion
     from ...recorded import RecordedMotion
-    from ...simulate.beam.beam_motion import BeamMotion
-    from ...simulate.flows.flow_motion import FlowMotion
+    from ...simulation.beam.beam_motion import BeamMotion
+    from ...simulation.flows.flow_motion import FlowMotion
     from ...stochastic.noisy_motion import NoisyMotion
 
     if isinstance(motion, (FlowMotion, ControlledFlowMotion)):
@@ -211,7 +211,7 @@ def power_spectrum(
     >>> from impactsig import plot, scenes, simulate
     >>> ax = plot.power_spectrum(simulate(scenes.karpodinis(22.1), periods=200, transient=200))
     """
-    from ...simulate.spectrum import PowerSpectrum
+    from ...simulation.spectrum import PowerSpectrum
 
     spectrum = result if isinstance(result, PowerSpectrum) else result.power_spectrum()
     top = float(spectrum.frequency[-1])

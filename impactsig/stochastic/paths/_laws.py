@@ -10,7 +10,7 @@ from typing import Any
 from numba import cfunc, njit
 
 from ..._compiling import compiled
-from ...simulate.exact.user import plain
+from ...simulation.exact.user import plain
 
 ROW = "float64[::1]"
 SIGNATURE = f"void(float64, {ROW}, {ROW}, {ROW})"

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiling.compiled import inlined, kernel
-from ...simulate.basis import laws
-from ...simulate.basis.laws import (
+from ...simulation.basis import laws
+from ...simulation.basis.laws import (
     EXPONENT,
     HERTZ,
     LAW,

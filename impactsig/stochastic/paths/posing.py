@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...oscillators import Hertz, Noise, Oscillator, Rigid
-from ...simulate.basis.frame import forcing, reference_frequency
-from ...simulate.exact.user import compiled, restitution_laws
+from ...simulation.basis.frame import forcing, reference_frequency
+from ...simulation.exact.user import compiled, restitution_laws
 
 if TYPE_CHECKING:
     from ._gaussian import Transition
@@ -22,7 +22,7 @@ NODES = 4097  # of a law's potential
 
 def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False) -> Problem:
     """The parameters per mass, in the oscillator's own units of time and length."""
-    from ...simulate.basis.stops import columns, restitution_of
+    from ...simulation.basis.stops import columns, restitution_of
     from .equation import Problem
 
     mass, omega = oscillator.mass, reference_frequency(oscillator)
@@ -91,7 +91,7 @@ def filtered_deviation(oscillator: Oscillator) -> float:
 
 def functions(oscillator: Oscillator) -> Functions:
     """The user's functions, compiled; placeholders where there are none."""
-    from ...simulate.stepping.rates import no_law
+    from ...simulation.stepping.rates import no_law
     from ._laws import no_laws, over_paths
     from .equation import Functions
 

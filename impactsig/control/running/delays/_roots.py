@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 from ...._compiling.compiled import inlined, kernel
-from ....simulate.basis.roots import first_root
-from ....simulate.basis.tableau import DEGREE
-from ....simulate.stepping.crossing import BY_Q, BY_V, STILL, VALUE, ZEROS, event_root
+from ....simulation.basis.roots import first_root
+from ....simulation.basis.tableau import DEGREE
+from ....simulation.stepping.crossing import BY_Q, BY_V, STILL, VALUE, ZEROS, event_root
 from .series import ORDER
 
 NONE = 2.0  # a share of a step at which nothing happens

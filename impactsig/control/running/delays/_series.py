@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._compiling.compiled import inlined
-from ....simulate.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
-from ....simulate.basis.events import LENGTH
+from ....simulation.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
+from ....simulation.basis.events import LENGTH
 from .line import scale
 from .rows import REACHED
 from .series import FIT, ORDER, REACH

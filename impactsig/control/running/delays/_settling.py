@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from ...._compiling.compiled import inlined, kernel
-from ....simulate.basis.delay import Control
-from ....simulate.basis.events import Q
-from ....simulate.exact.passing import time_until
-from ....simulate.stepping.contact import settle_event
-from ....simulate.stepping.rates import Functions
+from ....simulation.basis.delay import Control
+from ....simulation.basis.events import Q
+from ....simulation.exact.passing import time_until
+from ....simulation.stepping.contact import settle_event
+from ....simulation.stepping.rates import Functions
 from .force import signal_of
 from .rows import LAPS, recall, side_of_limit
 

@@ -7,11 +7,11 @@ needs (`tab` and `room`, or `series`) is None, so that it is not compiled.
 from __future__ import annotations
 
 from ...._compiling.compiled import inlined, kernel
-from ....simulate.basis.delay import DISPLACEMENT, VELOCITY
-from ....simulate.basis.events import LENGTH, SPEED, STEP
-from ....simulate.basis.tableau import DEGREE
-from ....simulate.stepping.crossing import polish
-from ....simulate.stepping.step import interpolate, stride, take
+from ....simulation.basis.delay import DISPLACEMENT, VELOCITY
+from ....simulation.basis.events import LENGTH, SPEED, STEP
+from ....simulation.basis.tableau import DEGREE
+from ....simulation.stepping.crossing import polish
+from ....simulation.stepping.step import interpolate, stride, take
 from ._series import delayed_series, expand, longest_step, write_series
 from .force import feed
 from .rows import ROWS, begin_row, cross_limit, end_row, mark_limit

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....simulate.basis.events import LENGTH, ROW_APPROACH, ROW_STOP
-from ....simulate.basis.tableau import DEGREE
-from ....simulate.stepping.runge_kutta import SteppingEngine
+from ....simulation.basis.events import LENGTH, ROW_APPROACH, ROW_STOP
+from ....simulation.basis.tableau import DEGREE
+from ....simulation.stepping.runge_kutta import SteppingEngine
 
 if TYPE_CHECKING:
-    from ....simulate.basis.delay import Line
+    from ....simulation.basis.delay import Line
 
 
 class DelayLine:
@@ -46,7 +46,7 @@ class DelayLine:
         self, rows: np.ndarray, where: np.ndarray, turns: np.ndarray, phase: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity at instants."""
-        from ....simulate.basis.delay import DISPLACEMENT, VELOCITY
+        from ....simulation.basis.delay import DISPLACEMENT, VELOCITY
 
         return self.course(DISPLACEMENT, turns, phase), self.course(VELOCITY, turns, phase)
 
@@ -58,13 +58,13 @@ class DelayLine:
 
     def force(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Control force at instants."""
-        from ....simulate.basis.delay import FORCE
+        from ....simulation.basis.delay import FORCE
 
         return self.course(FORCE, turns, phase) * self._inertia
 
     def squared(self, turns: np.ndarray, phase: np.ndarray) -> np.ndarray:
         """Integrals of the square of the control force between instants, over the phase."""
-        from ....simulate.basis.delay import FORCE
+        from ....simulation.basis.delay import FORCE
         from .line import locate, since
 
         line = self.line
@@ -97,7 +97,7 @@ class DelayLine:
         self, rows: np.ndarray, first: np.ndarray, last: np.ndarray, end: tuple[float, float]
     ) -> np.ndarray:
         """Greatest force of contacts, from the TOUCH in row `first` to row `last` or the end."""
-        from ....simulate.basis.delay import DISPLACEMENT, VELOCITY
+        from ....simulation.basis.delay import DISPLACEMENT, VELOCITY
         from .line import locate
 
         problem = self.engine._problem
@@ -118,7 +118,7 @@ class DelayLine:
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Force per mass of a soft stop; 0 if it is not touched."""
-    from ....simulate.basis.laws import HERTZ, hertz_loss, hertz_push, spring_push
+    from ....simulation.basis.laws import HERTZ, hertz_loss, hertz_push, spring_push
 
     place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
     depth, inward = np.maximum(side * (x - place), 0.0), side * v

@@ -7,8 +7,8 @@ As `run`, for any number of coordinates and without impacts, by the steps of
 from __future__ import annotations
 
 from ...._compiling.compiled import kernel
-from ....simulate.basis.delay import DISPLACEMENT, Control
-from ....simulate.basis.events import (
+from ....simulation.basis.delay import DISPLACEMENT, Control
+from ....simulation.basis.events import (
     DIVERGED,
     DONE,
     EXHAUSTED,
@@ -19,10 +19,10 @@ from ....simulate.basis.events import (
     TURN,
     TURNS,
 )
-from ....simulate.basis.tableau import DEGREE
-from ....simulate.exact.passing import pass_time, set_clock, time_until
-from ....simulate.flows.flow_steps import Field, finish, rates_at, stride, take
-from ....simulate.stepping.step import expand
+from ....simulation.basis.tableau import DEGREE
+from ....simulation.exact.passing import pass_time, set_clock, time_until
+from ....simulation.flows.flow_steps import Field, finish, rates_at, stride, take
+from ....simulation.stepping.step import expand
 from ._roots import bound
 from .force import feed
 from .rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit, turn_back

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._compiling.compiled import inlined, kernel
-from ....simulate.basis.delay import FORCE, SIGNAL, VELOCITY, read
-from ....simulate.basis.tableau import DEGREE
+from ....simulation.basis.delay import FORCE, SIGNAL, VELOCITY, read
+from ....simulation.basis.tableau import DEGREE
 
 
 class Room(NamedTuple):

@@ -7,9 +7,9 @@ later again, so that no polynomial ever reaches across such a place.
 from __future__ import annotations
 
 from ...._compiling.compiled import inlined, kernel
-from ....simulate.basis.delay import course_at
-from ....simulate.basis.events import LENGTH, PHASE, TURN, TURNS
-from ....simulate.basis.tableau import DEGREE
+from ....simulation.basis.delay import course_at
+from ....simulation.basis.events import LENGTH, PHASE, TURN, TURNS
+from ....simulation.basis.tableau import DEGREE
 
 
 @kernel

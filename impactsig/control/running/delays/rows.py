@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 from ...._compiling.compiled import kernel
-from ....simulate.basis.delay import Past, read
-from ....simulate.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
+from ....simulation.basis.delay import Past, read
+from ....simulation.basis.events import BEGUN, LENGTH, LOW, PHASE, TURNS
 from .line import cut, scale, since
 
 # Counters after those of `simulate._events`: rows of the delay line; the row that what is fed

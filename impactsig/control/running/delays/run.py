@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ...._compiling.compiled import kernel
-from ....simulate.basis.events import (
+from ....simulation.basis.events import (
     APPROACH,
     BROKEN,
     DIVERGED,
@@ -34,16 +34,16 @@ from ....simulate.basis.events import (
     Q,
     V,
 )
-from ....simulate.basis.laws import PLACE
-from ....simulate.exact.passing import pass_time, set_clock, time_until
-from ....simulate.stepping.contact import hold, note, slide, touched
-from ....simulate.stepping.crossing import (
+from ....simulation.basis.laws import PLACE
+from ....simulation.exact.passing import pass_time, set_clock, time_until
+from ....simulation.stepping.contact import hold, note, slide, touched
+from ....simulation.stepping.crossing import (
     OF_STOP,
     begin_events,
 )
-from ....simulate.stepping.rates import open_leg, origin, pull
-from ....simulate.stepping.rest import departure, holding, rigid_at, unstick
-from ....simulate.stepping.stepping import inside
+from ....simulation.stepping.rates import open_leg, origin, pull
+from ....simulation.stepping.rest import departure, holding, rigid_at, unstick
+from ....simulation.stepping.stepping import inside
 from ._roots import bound, event_share
 from ._settling import settle, under
 from ._steps import end_step, rest_row, step_row

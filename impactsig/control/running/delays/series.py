@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 if TYPE_CHECKING:
-    from ....simulate.basis.delay import Feedback
+    from ....simulation.basis.delay import Feedback
     from ._series import SeriesRoom
 
 ORDER = 20  # of the series
@@ -27,7 +27,7 @@ def series_laps(feedback: Feedback) -> np.ndarray:
     2 m - 1. A polynomial misses such a jump by about its height times (h/4)^n / n!, h the step and
     n the order. The limit bends the force: one order more.
     """
-    from ....simulate.basis.delay import VELOCITY
+    from ....simulation.basis.delay import VELOCITY
 
     velocity = feedback.signal == VELOCITY
     gain = abs(feedback.gain)

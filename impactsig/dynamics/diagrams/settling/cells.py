@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....simulate.basis.columns import Columns
-from ....simulate.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
-from ....simulate.basis.laws import RIGID
-from ....simulate.batches.moving import Moving
-from ....simulate.exact.exact import room
-from ....simulate.exact.modes import Stack, stacks, subset
+from ....simulation.basis.columns import Columns
+from ....simulation.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
+from ....simulation.basis.laws import RIGID
+from ....simulation.batches.moving import Moving
+from ....simulation.exact.exact import room
+from ....simulation.exact.modes import Stack, stacks, subset
 from ...tangents.batches.carrying import multiplied_over
 from ...tangents.columns import FIRST
 from .closing import EXACT, LONGEST, orbits_beside

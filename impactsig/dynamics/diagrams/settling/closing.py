@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....simulate.basis.events import STROBE_IMPACTS
+from ....simulation.basis.events import STROBE_IMPACTS
 from .strobing import least_of_each
 
 LONGEST = 32  # periods of an orbit that are told

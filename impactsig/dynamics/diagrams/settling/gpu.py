@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...._compiling.compiled import kernel
-from ....simulate.basis.events import DONE, LEG_COUNT, STROBE
-from ....simulate.batches.batch_kernels import machine
-from ....simulate.batches.gpu import by_work, no_law, own, rooms
+from ....simulation.basis.events import DONE, LEG_COUNT, STROBE
+from ....simulation.batches.batch_kernels import machine
+from ....simulation.batches.gpu import by_work, no_law, own, rooms
 from ....studies.device_kernels import Each
 from .strobing import CAUGHT, CLOSED, STATUS_OF, TAKEN, go_on
 
 if TYPE_CHECKING:
-    from ....simulate.exact.flow import Problem
+    from ....simulation.exact.flow import Problem
 
 ROUNDS = 16, 64, 256  # periods after which the motions that go on are sorted by their work
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from ....errors import InvalidInput
 from ....oscillators import Oscillator
-from ....simulate import Motion
-from ....simulate.basis.contract import Moment
-from ....simulate.basis.events import (
+from ....simulation import Motion
+from ....simulation.basis.contract import Moment
+from ....simulation.basis.events import (
     COLUMNS,
     DONE,
     IMPACT_COUNT,
@@ -25,9 +25,9 @@ from ....simulate.basis.events import (
     Q,
     V,
 )
-from ....simulate.basis.frame import base_motion, pace, reference_frequency
-from ....simulate.exact.exact import ExactEngine, piecewise_linear
-from ....simulate.run import Run
+from ....simulation.basis.frame import base_motion, pace, reference_frequency
+from ....simulation.exact.exact import ExactEngine, piecewise_linear
+from ....simulation.run import Run
 from ...tangents.tangent import tangent_map
 from .cells import LEGS, NOTHING_KNOWN
 from .closing import LONGEST, orbits_beside

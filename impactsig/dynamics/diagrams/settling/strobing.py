@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import inlined, kernel, njit
-from ....simulate.basis.events import (
+from ....simulation.basis.events import (
     DONE,
     IMPACT_COUNT,
     LEG_COUNT,
@@ -20,8 +20,8 @@ from ....simulate.basis.events import (
     Q,
     V,
 )
-from ....simulate.batches.batch_kernels import machine
-from ....simulate.exact.engine import run
+from ....simulation.batches.batch_kernels import machine
+from ....simulation.exact.engine import run
 
 NOISE = 1e-13  # returns this close, as a share of the size, are exact but for rounding
 # What is found of a start: status, period of the orbit (0: not closed), attractor that caught it

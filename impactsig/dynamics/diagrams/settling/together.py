@@ -10,17 +10,17 @@ import numpy as np
 
 from ...._running.threads import in_threads
 from ....oscillators import Oscillator
-from ....simulate import Motion
-from ....simulate.basis.columns import columns_of, form_of
-from ....simulate.basis.contract import Moment
-from ....simulate.basis.events import DONE, STATUS, STROBE
-from ....simulate.basis.frame import first_phase, place_of
-from ....simulate.batches.course import Course
-from ....simulate.batches.moving import Moving
-from ....simulate.exact.exact import piecewise_linear
-from ....simulate.exact.modes import Stack, stacks, subset
-from ....simulate.exact.starts import motion_of_base
-from ....simulate.run import span
+from ....simulation import Motion
+from ....simulation.basis.columns import columns_of, form_of
+from ....simulation.basis.contract import Moment
+from ....simulation.basis.events import DONE, STATUS, STROBE
+from ....simulation.basis.frame import first_phase, place_of
+from ....simulation.batches.course import Course
+from ....simulation.batches.moving import Moving
+from ....simulation.exact.exact import piecewise_linear
+from ....simulation.exact.modes import Stack, stacks, subset
+from ....simulation.exact.starts import motion_of_base
+from ....simulation.run import span
 from ...tangents.batches.tangent_maps import maps_of
 from .cells import CHATTER, LEGS, Started, strobed
 from .closing import LONGEST, orbits_beside

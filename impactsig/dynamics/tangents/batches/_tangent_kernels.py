@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...._compiling.compiled import kernel
-from ....simulate.batches.batch_kernels import machine
+from ....simulation.batches.batch_kernels import machine
 from .._tangent import carry
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....simulate.basis.events import MODE, PHASE
-from ....simulate.batches.moving import Moving
+from ....simulation.basis.events import MODE, PHASE
+from ....simulation.batches.moving import Moving
 
 
 def multiplied_over(moving: Moving, turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 from ...._compiling.compiled import kernel
-from ....simulate.batches.batch_kernels import machine
-from ....simulate.batches.gpu import by_work, no_law
-from ....simulate.exact.modes import Stack
+from ....simulation.batches.batch_kernels import machine
+from ....simulation.batches.gpu import by_work, no_law
+from ....simulation.exact.modes import Stack
 from ....studies.device_kernels import Each
 from .._tangent import carry as carry_one
 

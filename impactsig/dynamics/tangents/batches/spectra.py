@@ -12,12 +12,12 @@ from ...._arguments import number, thread_count
 from ...._running.threads import in_threads
 from ...._showing import Shown
 from ....oscillators.batch import OscillatorBatch
-from ....simulate.basis.columns import spread
-from ....simulate.basis.events import DONE, MODE, PHASE, STATUS
-from ....simulate.basis.frame import first_phase, place_of
-from ....simulate.batches.moving import Moving, takes
-from ....simulate.exact.modes import Stack, stacks, subset
-from ....simulate.run import after, span
+from ....simulation.basis.columns import spread
+from ....simulation.basis.events import DONE, MODE, PHASE, STATUS
+from ....simulation.basis.frame import first_phase, place_of
+from ....simulation.batches.moving import Moving, takes
+from ....simulation.exact.modes import Stack, stacks, subset
+from ....simulation.run import after, span
 from ..growth import edges_of, forget, growth_of, lost_of, measured
 from .carrying import carry_all
 

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ....oscillators import Oscillator
-from ....simulate.basis.columns import columns_of_forms
-from ....simulate.basis.frame import first_phase
-from ....simulate.batches.moving import Moving
-from ....simulate.exact.modes import Stack, stacks, subset, tables
-from ....simulate.exact.starts import allowed
-from ....simulate.simulation import CHATTER
+from ....simulation.basis.columns import columns_of_forms
+from ....simulation.basis.frame import first_phase
+from ....simulation.batches.moving import Moving
+from ....simulation.exact.modes import Stack, stacks, subset, tables
+from ....simulation.exact.starts import allowed
+from ....simulation.simulation import CHATTER
 from ..tangent import TangentMap, map_from
 from .carrying import multiplied_over
 

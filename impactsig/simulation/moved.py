@@ -20,7 +20,7 @@ class Moved(Shown):
         return end
 
     def power_spectrum(self, quantity: str | int | None = None, **options: Any) -> PowerSpectrum:
-        """Power spectral density; see `impactsig.simulate.spectrum.power_spectrum`."""
+        """Power spectral density; see `impactsig.simulation.spectrum.power_spectrum`."""
         from .spectrum import power_spectrum
 
         return power_spectrum(self, quantity, **options)

@@ -1,7 +1,4 @@
-"""Simulation of impacting systems, and of the instruments that record them.
-
-``impactsig.simulate`` is the function `simulate`, whichever way this package was imported first.
-"""
+"""Simulation of impacting systems, and of the instruments that record them."""
 
 from .batches.many import simulate_blocks, simulate_many
 from .motion import Motion
