@@ -54,7 +54,7 @@ class IntervalFeedback:
     level : float, optional
         Level that it crosses upwards; of a flow it must be given.
     offset : float
-        Change of the parameter that lasts, as of `fastest` for a strength of the impacts.
+        Change of the parameter that lasts, as in `fastest` for a strength of the impacts.
 
     Raises
     ------
@@ -143,12 +143,12 @@ class IntervalFeedback:
         orbit : PeriodicOrbit or FlowOrbit
             The orbit to hold, of one spike unless there is a delay.
         limit : float
-            As of `IntervalFeedback`.
+            As in `IntervalFeedback`.
         delay : int, optional
             Reference to an earlier interval, as many spikes ago as the orbit has or a multiple; by
             default to that of the orbit.
         parameter, signal, level
-            As of `IntervalFeedback`.
+            As in `IntervalFeedback`.
         strength : float, optional
             Approach velocity that the impacts are to have, in the oscillator's units, of an orbit
             of one impact; by default that which they have on the orbit.

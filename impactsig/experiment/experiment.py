@@ -108,11 +108,11 @@ class Experiment(Shown):
             Where the runs are kept; ``.impactsig`` in the folder by default. The processes of a
             cluster must see it under the same name.
         workers : int, optional
-            Processes; as many as there are cores unless given. The result does not depend on it.
+            Number of processes, by default the number of cores. The result does not depend on it.
         client : distributed.Client or str, optional
             Work on this dask cluster instead, as for `sweep`.
         progress : bool, optional
-            Whether to show how far it is; by default where a terminal or notebook is watching.
+            Whether to show a progress bar; by default only in a terminal or notebook.
 
         Returns
         -------
@@ -329,9 +329,9 @@ class Experiment(Shown):
         simulated : BifurcationDiagram or sequence of it, optional
             Drawn beside the measurement.
         workers : int, optional
-            Processes; as many as there are cores unless given. The result does not depend on it.
+            Number of processes, by default the number of cores. The result does not depend on it.
         progress : bool, optional
-            Whether to show how far it is; by default where a terminal or notebook is watching.
+            Whether to show a progress bar; by default only in a terminal or notebook.
 
         Returns
         -------

@@ -137,7 +137,7 @@ def fit_oscillator(
         followed by another instant at a delay that all trains share). Of a single train with
         strengths "rigid" and "soft".
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------

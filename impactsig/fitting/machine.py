@@ -67,7 +67,7 @@ class MachineFit(Shown):
         Logarithm of the evidence of each kind that was compared, less that of the likeliest;
         -inf where no orbit of that kind follows the trains.
     echoes : dict of str to float
-        Of the kind "echo": "delay", how long after its impact an echo comes [s], and "share", of
+        For the kind "echo": "delay", how long after its impact an echo comes [s], and "share", of
         the impacts that have one; else empty.
 
     See Also

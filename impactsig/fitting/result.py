@@ -34,8 +34,8 @@ class OscillatorFit(Shown):
     Attributes
     ----------
     values : dict of str to float
-        Every parameter: "restitution", "damping" (as a share of the critical), "amplitude" (of the
-        forcing: the deflection in gaps that it would have as a constant force),
+        Every parameter: "restitution", "damping" (as a fraction of critical damping), "amplitude"
+        (of the forcing: the deflection in gaps that it would have as a constant force),
         "natural_frequency" [Hz].
     intervals : dict of str to (float, float)
         95 % intervals of the free ones. (-inf, inf) of all where the impacts do not tell one: the
@@ -146,7 +146,7 @@ class OscillatorFit(Shown):
         trains : int
             How many, 40 or more.
         seed : int, SeedSequence or Generator, optional
-            The same seed gives the same result; a Generator is drawn from and moves on.
+            The same seed gives the same result; a Generator is advanced.
 
         Returns
         -------

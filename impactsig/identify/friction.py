@@ -38,7 +38,7 @@ class FrictionDecay(Shown):
     natural_frequency : Bounded
         Undamped natural frequency [Hz].
     damping_ratio : Bounded
-        Viscous damping as a share of the critical.
+        Viscous damping as a fraction of critical damping.
     friction : Bounded
         Coulomb friction over the stiffness [unit]: half the range in which the mass can rest.
     centre : Bounded

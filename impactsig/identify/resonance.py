@@ -42,7 +42,7 @@ class Resonance(Shown):
     natural_frequency, natural_frequency_error : float
         Undamped natural frequency and its standard error [Hz].
     damping_ratio, damping_ratio_error : float
-        Damping as a share of the critical, and its standard error.
+        Damping as a fraction of critical damping, and its standard error.
     peak : Estimate
         Frequency of the greatest power density [Hz], interpolated.
     half_power : Estimate
@@ -168,7 +168,7 @@ def identify_resonance(
         of a load cell are displacements.
     seed : int, SeedSequence or Generator, optional
         Of the records from which the errors of the textbook estimates are taken. The same seed
-        gives the same result; a Generator is drawn from and moves on.
+        gives the same result; a Generator is advanced.
 
     Returns
     -------

@@ -54,8 +54,8 @@ class Cantilever:
         A force at the tip [N], or a motion of the clamp [m], which with ``stops=True`` carries the
         stop.
     damping_ratio : float or sequence of float
-        Damping of all modes, or of each, as a share of the critical. The default is our choice, as
-        for `scenes.karpodinis`.
+        Damping of all modes, or of each, as a fraction of critical damping. The default is our
+        choice, as for `scenes.karpodinis`.
     modes : int
         How many modes, from the first, a simulation follows; with 1 it is `scenes.cantilever`.
 
@@ -126,7 +126,7 @@ class Cantilever:
 
     @property
     def damping_ratios(self) -> tuple[float, ...]:
-        """Damping of each mode that is followed, as a share of the critical."""
+        """Damping of each mode that is followed, as a fraction of critical damping."""
         given = self.damping_ratio
         return (given,) * self.modes if isinstance(given, float) else tuple(given)
 

@@ -66,7 +66,7 @@ def karpodinis(
     frequency : float
         Forcing frequency [Hz]. 22.1 Hz gives one impact a period, 20.1 and 20.3355 Hz chaos.
     damping_ratio : float
-        Damping as a share of the critical. Our choice: the thesis' table of it and of the
+        Damping as a fraction of critical damping. Our choice: the thesis' table of it and of the
         amplitude is not in the text that is left.
     amplitude : float
         Amplitude of the forcing, which is the deflection in units of the gap that it would have
@@ -232,8 +232,8 @@ def tian(
     stop : {"hard", "soft"}
         The contact law.
     damping_ratio : float
-        Damping as a share of the critical (zeta in the paper). Our choice: the paper's is not in
-        the text that is left.
+        Damping as a fraction of critical damping (zeta in the paper). Our choice: the paper's is
+        not in the text that is left.
     gap : float
         Where the stop is. Our choice likewise; it sets the scale of the displacement.
     restitution : float
@@ -307,8 +307,8 @@ def begley_virgin(
     friction : float
         Half the range of displacements at which the mass can rest (f in the paper); 0 for none.
     damping_ratio : float
-        Damping as a share of the critical (h in the paper): 0.02 of the experiment, 0.001 in the
-        charts and spectra with friction, 0.1 and 0.5 in the spectra without.
+        Damping as a fraction of critical damping (h in the paper): 0.02 of the experiment, 0.001 in
+        the charts and spectra with friction, 0.1 and 0.5 in the spectra without.
     wall_stiffness : float
         Stiffness of a wall by that of the spring, rho^2. Our choice, 15^2: the paper's is not in
         the text that is left; the four attractors are there from 8^2 to 40^2.
@@ -467,7 +467,7 @@ def cantilever(
         ground, or neither, but a force is at the tip. A base or clamp drives the first mode by
         1.566 times its own motion.
     damping_ratio : float
-        Damping as a share of the critical, as `identify_resonance` measures it. Our choice
+        Damping as a fraction of critical damping, as `identify_resonance` measures it. Our choice
         otherwise, as for `karpodinis`.
     restitution : float
         Restitution coefficient of the beam as a whole, which `apparent_restitution` tells from

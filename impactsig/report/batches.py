@@ -88,9 +88,9 @@ def detect_many(
     files : iterable of path-like
         The recordings. Those too long for memory are taken in blocks.
     workers : int, optional
-        Processes; as many as there are cores unless given. The result does not depend on it.
+        Number of processes, by default the number of cores. The result does not depend on it.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
     **options
         As for `read` (channel, start, stop, rate, scale, offset, unit, sensor, raw) and for
         `detect_impacts`, the same for all files.
@@ -144,9 +144,9 @@ def write_reports(
     directory : path-like
         Where the pages go, each named after its recording, and ``index.html``; made if need be.
     workers : int, optional
-        Processes; as many as there are cores unless given. The result does not depend on it.
+        Number of processes, by default the number of cores. The result does not depend on it.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
     **options
         As for `write_report`, the same for all files.
 

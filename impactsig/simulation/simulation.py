@@ -112,7 +112,7 @@ def simulate(  # type: ignore[misc]
     skip_unreachable : bool
         Of an oscillator: end in one step a motion that can reach no stop any more.
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
     step, every : float, optional
         With noise: the step, by default a fifth of the fastest time scale, and the time from one
         instant to the next that is kept, a step by default [s].

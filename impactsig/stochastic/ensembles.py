@@ -171,7 +171,7 @@ def simulate_ensemble(
     phase : float
         Phase of the forcing at t = 0 [rad].
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
     method : {"splitting", "runge-kutta", "zhuravlev", "gaussian"}
         "splitting" solves flights with impacts, friction, and a kick by forces and noise in turn,
         each exactly but for Heun's method in the kick; it moves every oscillator.
@@ -196,7 +196,7 @@ def simulate_ensemble(
         takes the splitting method of oscillators without functions of the user's; its noise is the
         same, but its own functions of angles may change the last bits of a path.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

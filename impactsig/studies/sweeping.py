@@ -103,7 +103,7 @@ def sweep(
         What to say of axes and observables, such as ``{"frequency": {"units": "Hz"}}``; it goes
         into the store, into xarray and onto figures.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
 
     Returns
     -------

@@ -75,7 +75,7 @@ class ControlledFlowMotion(Moved):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     duration : float
         How far it came, from t = 0.
     schedule : tuple of (float, DelayedFeedback or IntervalFeedback or None)

@@ -142,9 +142,9 @@ def orbit_stability(
     Raises
     ------
     InvalidInput
-        If the orbit was not found, or has a stop whose loss goes by the approach velocity, the
-        delay is no multiple of its period, or velocities are fed back on an orbit that sticks
-        under friction greater at rest than in motion.
+        If the orbit was not found, or has a stop whose loss depends on the approach velocity, the
+        delay is no multiple of its period, or velocities are fed back on an orbit that sticks under
+        friction greater at rest than in motion.
 
     See Also
     --------
@@ -216,11 +216,11 @@ def stability_chart(
     delays : sequence of int, optional
         Delays in periods of the orbit; 1, 2 and 3 unless given.
     limit, signal, memory
-        As of `DelayedFeedback`.
+        As in `DelayedFeedback`.
     laps : int
-        As of `orbit_stability`.
+        As in `orbit_stability`.
     **options
-        As of `sweep`: executor, workers, store.
+        As in `sweep`: executor, workers, store.
 
     Returns
     -------

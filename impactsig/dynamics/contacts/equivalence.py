@@ -37,7 +37,7 @@ class ContactSamples:
     velocity : numpy.ndarray
         Approach velocity.
     damping_ratio : numpy.ndarray
-        Damping of the oscillator as a share of the critical (zeta).
+        Damping of the oscillator as a fraction of critical damping (zeta).
     gap : float
         Where the stop is.
 
@@ -112,7 +112,7 @@ class ContactSamples:
         gap : float
             Where the stop is; 1 is our choice.
         seed : int, SeedSequence or Generator, optional
-            The same seed gives the same result; a Generator is drawn from and moves on.
+            The same seed gives the same result; a Generator is advanced.
 
         Raises
         ------
@@ -287,7 +287,7 @@ def fit_soft_stop(
     samples : ContactSamples, optional
         The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
     seed : int, SeedSequence or Generator, optional
-        Of the search. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the search. The same seed gives the same result; a Generator is advanced.
     evaluations : int
         How often e_g may be worked out.
 

@@ -82,7 +82,7 @@ class MatchRate(Shown):
     failed : int
         Cells in which a motion ended early; they count as no match.
     names : (str, str)
-        What the parameters are called: what the first family calls them.
+        Names of the parameters, as in the first family.
 
     See Also
     --------
@@ -143,7 +143,7 @@ def match_rate(
     below : float
         The distance from which on a cell does not match; 0.1 in the paper.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------

@@ -163,7 +163,7 @@ def basins_of_attraction(
         What moves the oscillator from its starts, as for `simulate_many`; a GPU takes no other
         system.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

@@ -51,7 +51,7 @@ class PeriodicityChart(Shown):
     x, y : numpy.ndarray
         Values of the parameters.
     names : (str, str)
-        What they are called: what the scene calls them.
+        Their names, as in the scene.
 
     See Also
     --------
@@ -136,7 +136,7 @@ def periodicity_chart(
     executor : {"threads", "gpu"}
         What moves the oscillators, as for `simulate_many`; a GPU takes no other systems.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

@@ -59,10 +59,10 @@ class BifurcationDiagram(Shown):
         that has closed from its multipliers, of any other over the span. -inf where neighbours
         become one.
     status : tuple of str
-        As of `Motion`, for each value; "no return" of a flow that neither crosses its section nor
+        As in `Motion`, for each value; "no return" of a flow that neither crosses its section nor
         comes to rest. What is not known of a motion that ended early is NaN.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -156,7 +156,7 @@ def bifurcation_diagram(
         the forcing frequency, instead of at `initial`. Then the values go one by one. Of
         oscillators only.
     exponents : bool
-        Whether to work out the Lyapunov exponents. Not under control or noise.
+        Whether to compute the Lyapunov exponents. Not under control or noise.
     closed : float
         Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
         Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
@@ -164,9 +164,9 @@ def bifurcation_diagram(
         Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
     seed : int, SeedSequence or Generator, optional
         Of the noise, which is another for each value. The same seed gives the same result; a
-        Generator is drawn from and moves on.
+        Generator is advanced.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

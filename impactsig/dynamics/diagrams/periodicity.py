@@ -70,7 +70,7 @@ def orbit_period(
     Parameters
     ----------
     motion : Motion
-        Of `simulate`, past its transient, over at least 2 n forcing periods.
+        From `simulate`, past its transient, over at least 2 n forcing periods.
     longest : int
         Greatest n to look for.
     tolerance : float

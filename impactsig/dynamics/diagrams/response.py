@@ -41,9 +41,9 @@ class ResponseSpectrum(Shown):
         Forcing periods of the orbit; 0 where it has not closed, and the extremes are those of the
         periods that were looked at.
     status : tuple of str
-        As of `Motion`, for each value.
+        As in `Motion`, for each value.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -107,7 +107,7 @@ def response_spectrum(
     closed : float
         Tolerance within which an orbit closes, as for `bifurcation_diagram`.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

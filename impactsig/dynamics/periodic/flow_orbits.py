@@ -28,7 +28,7 @@ class FlowOrbit(Shown):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     state : ndarray, shape (d,)
         A state on it; where the rates depend on time, that at t = 0.
     period : float
@@ -114,7 +114,7 @@ class FlowOrbit(Shown):
 def find_flow_orbit(
     flow: Flow, period: Any, guess: Sequence[float] | None, tolerance: Any
 ) -> FlowOrbit:
-    """Find a periodic orbit of a flow; arguments as of `find_periodic_orbit`."""
+    """Find a periodic orbit of a flow; arguments as in `find_periodic_orbit`."""
     period = number("period", period, above=0)
     tolerance = number("tolerance", tolerance, above=0)
     Running(flow)  # what is wrong with the function is said here

@@ -48,7 +48,7 @@ class PeriodicOrbit(Shown):
     multipliers : ndarray, shape (d,)
         Floquet multipliers over n periods, the greater in modulus first; 0 where a stick or an
         impact without rebound ends what neighbours differ by. Under delayed feedback the greatest
-        of infinitely many, and under interval feedback those of the impact map, as of
+        of infinitely many, and under interval feedback those of the impact map, as in
         `orbit_stability`.
     residual : float
         How far from the state its return is, relative to the size of the orbit.

@@ -88,7 +88,7 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     Parameters
     ----------
     motion : Motion, BeamMotion or NoisyMotion
-        Of `simulate`, with its events kept.
+        From `simulate`, with its events kept.
     stop : int, optional
         Only of that stop, its place in `Oscillator.stops`.
 
@@ -168,7 +168,7 @@ def displacement_section(
     Parameters
     ----------
     motion : Motion or BeamMotion
-        Of `simulate`, with its events kept.
+        From `simulate`, with its events kept.
     displacement : float
         Where; measured as the positions of the stops are, from the base where they move with it.
     direction : {"up", "down", "both"}

@@ -52,8 +52,8 @@ class LyapunovSpectrum(Shown):
         be without them, and the same where there is none.
     expected_sum : float
         What the exponents add up to: the mean divergence, and the logarithms of the saltations'
-        determinants. Worked out apart, as a check. NaN for a Hertz stop whose loss goes by its
-        approach velocity.
+        determinants. Computed separately, as a check. NaN for a Hertz stop whose loss depends on
+        the approach velocity.
     time : ndarray, shape (n,)
         Time since the transient, in the system's own unit.
     curve : ndarray, shape (n, d)
@@ -189,7 +189,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     executor : {"threads", "gpu"}
         What moves the oscillators of a batch, as for `simulate_many`.
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------
@@ -199,7 +199,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     ------
     InvalidInput
         If an argument is out of its range, or a path under noise has no derivative: at a rigid
-        stop, at one whose loss goes by the approach velocity, and under friction.
+        stop, at one whose loss depends on the approach velocity, and under friction.
 
     See Also
     --------

@@ -36,7 +36,7 @@ class TangentMap(Shown):
         The same, for motions so long that the matrix overflows.
     log_determinant : float
         Logarithm of its determinant, worked out apart: damping and what every event does to areas.
-        -inf where a dimension is lost; NaN for a Hertz stop whose loss goes by its approach
+        -inf where a dimension is lost; NaN for a Hertz stop whose loss depends on the approach
         velocity, and under OGY, which may turn areas over.
     impacts : int
         Impacts, and touches of soft stops.
@@ -47,7 +47,7 @@ class TangentMap(Shown):
     final : tuple of float, or ndarray
         State at the end (and phase of the forcing), as of the motion.
     status : str
-        As of `simulate`.
+        As in `simulate`.
 
     See Also
     --------

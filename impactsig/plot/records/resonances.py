@@ -22,7 +22,7 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : Resonance
-        Of `identify_resonance`.
+        From `identify_resonance`.
 
     See Also
     --------
@@ -57,7 +57,7 @@ def decay(result: Resonance, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : Resonance
-        Of `identify_resonance`, from a decay.
+        From `identify_resonance`, from a decay.
 
     See Also
     --------

@@ -130,7 +130,7 @@ def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) ->
     Parameters
     ----------
     result : ApparentRestitution
-        Of `apparent_restitution`.
+        From `apparent_restitution`.
 
     See Also
     --------

@@ -26,7 +26,7 @@ def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Ax
     Parameters
     ----------
     result : LyapunovSpectrum
-        Of `lyapunov_spectrum`.
+        From `lyapunov_spectrum`.
 
     See Also
     --------

@@ -64,7 +64,7 @@ def phase_portrait(
     Parameters
     ----------
     motion : Motion, BeamMotion, NoisyMotion, RecordedMotion, FlowMotion, ControlledFlowMotion
-        What moved, with all kept; of a cantilever its tip.
+        The motion, with all events kept; of a cantilever its tip.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
         5000 impacts where these are fewer; all of it of a flow.
@@ -137,7 +137,7 @@ def time_history(
     Parameters
     ----------
     motion : Motion
-        What moved, with all kept.
+        The motion, with all events kept.
     start, stop : float, optional
         Span to draw [s]; by default the last 10 forcing periods of the motion, or its last
         5000 impacts where these are fewer.

@@ -327,7 +327,7 @@ def correlation_dimension(
         How the slope is read: the line through all scales, the median of the slopes between any
         two, or a function fit(x, y) of ln H and ln K that returns the slope.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

@@ -161,7 +161,7 @@ def recurrence_plot(
         Instead of the radius, the recurrence rate: the least radius within which this share of the
         pairs of different vectors lies is taken.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def recurrence_quantification(
     least_diagonal, least_vertical : int
         l_min and v_min.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------

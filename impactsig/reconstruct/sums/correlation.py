@@ -223,7 +223,7 @@ def correlation_sum(
         Order of the sum. Vectors, the Euclidean norm, the Gaussian kernel and orders other than 2
         compare all pairs, so that the cost grows as n^2.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------

@@ -90,7 +90,7 @@ def return_map_determinism(
     count : int
         Number of shuffled series, 19 or more.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Raises
     ------

@@ -167,7 +167,7 @@ def surrogate_test(
         On which side the data are expected; by default "less" for the prediction error, since
         determinism makes it smaller, and "two-sided" for any other.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Raises
     ------

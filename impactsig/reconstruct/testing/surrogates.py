@@ -103,8 +103,8 @@ def surrogates(
     method : {"autoregressive", "shuffled"}
         Which kind.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on. The first
-        surrogates are the same whatever `count` is.
+        The same seed gives the same result; a Generator is advanced. The first surrogates are the
+        same whatever `count` is.
 
     Raises
     ------

@@ -114,7 +114,7 @@ def simulate_many(
         those that are linear between events, with restitution coefficients that are numbers; its
         own functions of angles may change the last bits, and a chaotic motion with them.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
     **options
         As for `simulate`; the same for all.
 

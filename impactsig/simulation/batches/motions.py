@@ -43,11 +43,11 @@ class Motions(Shown, Sequence[Motion]):
     impact_count, stick_count : ndarray of int
         How many there were.
     energy_lost : ndarray
-        As of `Motion`.
+        As in `Motion`.
     displacement, velocity, phase : ndarray
         The states at the end; see `Motion.final`.
     status : ndarray of str
-        As of `Motion`.
+        As in `Motion`.
 
     See Also
     --------

@@ -35,7 +35,7 @@ class FlowMotion(Moved):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     start, duration : float
         The span after the transient.
     final : ndarray, shape (d,)

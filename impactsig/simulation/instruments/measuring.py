@@ -130,7 +130,7 @@ def measure(
     echo_delay : float
         Time from an impact to its echo [s].
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------

@@ -60,7 +60,7 @@ def synthesize(
     full_scale : float, optional
         Range of the converter, -full_scale to full_scale [unit]; the record saturates there.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------

@@ -30,10 +30,10 @@ def noisy_trains(
     motion : Motion
         What is measured.
     noise : array_like
-        Levels, as of `measure`; by default those of the thesis, 0 to 0.960 %.
+        Levels, as in `measure`; by default those of the thesis, 0 to 0.960 %.
     seed : int, SeedSequence or Generator, optional
         Of the noise, the same at every level. The same seed gives the same result; a Generator is
-        drawn from and moves on.
+        advanced.
 
     Returns
     -------

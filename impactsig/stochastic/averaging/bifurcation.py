@@ -51,7 +51,7 @@ class PBifurcation(Shown):
     least : float
         Share of the highest peak below which one does not count.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -115,7 +115,7 @@ def p_bifurcation(
     values : array_like
         Values of the parameter, rising.
     impact : {"logarithmic", "exact", "linearised"}
-        As of `averaged_density`.
+        As in `averaged_density`.
     least : float
         Share of the highest peak below which a peak does not count. With it transitions depend on
         the intensity of the noise.
