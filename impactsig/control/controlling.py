@@ -44,7 +44,7 @@ class Controlled:
     Parameters
     ----------
     system : Oscillator or Flow
-        What moves. An oscillator must be forced, as delays and sections are counted in its forcing
+        The system. An oscillator must be forced, as delays and sections are counted in its forcing
         periods. A flow is controlled by feedback, not by OGY.
     controller : DelayedFeedback, IntervalFeedback or OGY, or a sequence of pairs
         The controller, active from `start` on; or pairs of a start and a controller or None, each

@@ -53,7 +53,7 @@ class Motion(Moved):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     start, duration : float
         The span after the transient [s].
     impacts : Impacts or None

@@ -83,7 +83,7 @@ def simulate(  # type: ignore[misc]
     Parameters
     ----------
     system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
-        What moves.
+        The system.
     periods, duration : float
         Length of the simulation, in forcing periods or in seconds (of a flow, in its unit of time).
         Give one of them; flows and systems without forcing take `duration`.

@@ -41,7 +41,7 @@ class PowerSpectrum(Shown):
     forcing_period : float or None
         Period of the forcing [s]; None where there is none.
     source : str
-        What moved.
+        The simulated system.
     in_seconds : bool
         Whether frequencies are in Hz, and not in the unit of an oscillator that tells no seconds.
 

@@ -26,7 +26,7 @@ class SweptMotion(Motion):
     Attributes
     ----------
     sweep : Swept
-        What moved; `system` is the oscillator with the swept force for its law.
+        The simulated system; `system` is the oscillator with the swept force for its law.
 
     See Also
     --------

@@ -41,7 +41,7 @@ class Ensemble(Shown):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     method : str
         How it was moved.
     step : float
@@ -157,7 +157,7 @@ def simulate_ensemble(
     Parameters
     ----------
     oscillator : Oscillator
-        What moves, with its noise.
+        The oscillator, with its noise.
     paths : int
         How many, at least 2.
     periods, duration : float
@@ -192,9 +192,10 @@ def simulate_ensemble(
     energy_range, displacement_range, velocity_range : (float, float), optional
         What the cells span; by default what a few short paths meet and some more.
     executor : {"threads", "gpu"}
-        What moves the paths. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``,
-        takes the splitting method of oscillators without functions of the user's; its noise is the
-        same, but its own functions of angles may change the last bits of a path.
+        Where the paths are computed. A GPU, which must be one of NVIDIA's and needs
+        ``impactsig[gpu]``, takes the splitting method of oscillators without functions of the
+        user's; its noise is the same, but its own functions of angles may change the last bits of a
+        path.
     workers : int, optional
         Number of threads, by default the number of cores. The result does not depend on it.
 

@@ -29,7 +29,7 @@ class NoisyMotion(Moved):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     start, duration : float
         The span after the transient [s].
     time : numpy.ndarray, shape (n,)

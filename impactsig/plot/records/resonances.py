@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @checked
 def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
-    """Draw the power spectral density in the band, the fitted one, and what was found.
+    """Draw the power spectral density in the band with the fitted one and the estimates.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
 
 @checked
 def decay(result: Resonance, ax: Axes | None = None) -> Axes:
-    """Draw the size of the swings over time, and the fall that was fitted.
+    """Draw the envelope of a decay over time, with the fitted decay.
 
     Parameters
     ----------

@@ -55,11 +55,9 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity over displacement, with the stops and stroboscopic points.
 
-    Of a flow, draw one of two coordinates over the other.
-
-    On a rigid stop, drawn by a full line with a shade behind, a dashed line spans what the velocity
-    jumps over; a soft stop is itself drawn by a dashed line. Where the stops move, displacement and
-    velocity are taken relative to them.
+    For a flow, draw one coordinate over another.  A rigid stop is a solid line, shaded behind it,
+    with a dashed line over each jump of the velocity; a soft stop is a dashed line. If the stops
+    move, displacement and velocity are relative to them.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def simulate_blocks(
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     block : float
         Length of a piece: in forcing periods with `periods`, in seconds with `duration`.
     **options
@@ -110,9 +110,9 @@ def simulate_many(
     phase : float or array_like, shape (n,)
         Phase of the forcing at t = 0 [rad].
     executor : {"threads", "gpu"}
-        What moves them. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``, takes
-        those that are linear between events, with restitution coefficients that are numbers; its
-        own functions of angles may change the last bits, and a chaotic motion with them.
+        Where they are computed. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``,
+        takes those that are linear between events, with restitution coefficients that are numbers;
+        its own functions of angles may change the last bits, and a chaotic motion with them.
     workers : int, optional
         Number of threads, by default the number of cores. The result does not depend on it.
     **options

@@ -44,7 +44,7 @@ class BeamMotion(Moved):
     Attributes
     ----------
     system : Cantilever
-        What moved.
+        The simulated system.
     frequencies : ndarray, shape (m,)
         Natural frequencies of the modes that were followed [Hz].
     damping_ratios : ndarray, shape (m,)

@@ -98,15 +98,15 @@ def measure(
     impacts : Impacts or Motion
         The truth.
     noise : float
-        White Gaussian noise on the displacement before it is thresholded, as [Karpodinis]_ has
-        it: its standard deviation as a share of that of the displacement relative to the stops
-        over the run (which scale the percentages of the thesis refer to is not in the text that
-        is left; this one is ours). With s the standard deviation of the noise, a spike is
-        counted at the first sample that is above the threshold, 3 s short of the stop and half
-        of the longest way between two samples, and no other until a sample was 11 s short of
-        it. So instants are early by the way to the threshold over the velocity, several impacts
-        in one excursion are one spike, and approaches that turn back just short of the stop are
-        counted as well, with the strengths 0. Needs a Motion.
+        White Gaussian noise on the displacement before it is thresholded, as [Karpodinis]_ has it:
+        its standard deviation as a share of that of the displacement relative to the stops over the
+        run (which scale the percentages of the thesis refer to is not in the available text; this
+        one is ours). With s the standard deviation of the noise, a spike is counted at the first
+        sample that is above the threshold, 3 s short of the stop and half of the longest way
+        between two samples, and no other until a sample was 11 s short of it. So instants are early
+        by the way to the threshold over the velocity, several impacts in one excursion are one
+        spike, and approaches that turn back just short of the stop are counted as well, with the
+        strengths 0. Needs a Motion.
     rate : float, optional
         Samples per second of the displacement [Hz], where there is noise; by default 2500 a
         forcing period (or a natural one, without forcing), as the thesis' 50 to 60 kS/s.

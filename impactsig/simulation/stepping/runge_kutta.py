@@ -112,7 +112,7 @@ class SteppingEngine:
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     method : RungeKutta or FixedStep
         How it is stepped.
     chatter : float

@@ -33,7 +33,7 @@ class LyapunovSpectra(Shown):
     Attributes
     ----------
     systems : OscillatorBatch
-        What moved.
+        The simulated system.
     exponents, error, between_collapses : ndarray, shape (..., 2)
         As in `LyapunovSpectrum`, in the shape of the batch; NaN where a motion ended early.
     expected_sum : ndarray
