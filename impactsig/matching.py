@@ -30,7 +30,9 @@ class Matching(Shown):
     delay : float
         Delay that was subtracted from the detected instants [s].
     within : float
-        Greatest difference of the two instants of a pair [s].  See Also
+        Greatest difference of the two instants of a pair [s].
+
+    See Also
     --------
     match_impacts, results.Alignment
 

@@ -65,8 +65,10 @@ def karpodinis(
     ----------
     frequency : float
         Forcing frequency [Hz]. At 22.1 Hz there is one impact per period, at 20.1 and 20.3355 Hz
-        chaos. damping_ratio : float Damping as a fraction of critical damping. Our choice: the
-        table with it and the amplitude is not in the available text of the thesis.
+        chaos.
+    damping_ratio : float
+        Damping as a fraction of critical damping. Our choice: the table with it and the amplitude
+        is not in the available text of the thesis.
     amplitude : float
         Amplitude of the forcing: the deflection under a constant force of that size, in units of
         the gap. Our choice as well.

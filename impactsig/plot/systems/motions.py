@@ -55,9 +55,11 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity over displacement, with the stops and stroboscopic points.
 
-    For a flow, draw one coordinate over another.  A rigid stop is a solid line, shaded behind it,
-    with a dashed line over each jump of the velocity; a soft stop is a dashed line. If the stops
-    move, displacement and velocity are relative to them.
+    For a flow, draw one coordinate over another.
+
+    A rigid stop is a solid line, shaded behind it, with a dashed line over each jump of the
+    velocity; a soft stop is a dashed line. If the stops move, displacement and velocity are
+    relative to them.
 
     Parameters
     ----------
