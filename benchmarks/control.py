@@ -250,7 +250,7 @@ def others() -> list[dict]:
     return [
         {"what": "OGY, a forcing period, on average [us]", "value": 1e6 * nudged / LONG},
         {"what": "orbit_stability, 1200 periods [ms]", "value": 1e3 * linear},
-        {"what": "find_flow_orbit, Rössler, one turn [ms]", "value": 1e3 * search},
+        {"what": "find_periodic_orbit, Rössler, one turn [ms]", "value": 1e3 * search},
         {"what": "orbit_stability of it [ms]", "value": 1e3 * multipliers},
     ]
 

@@ -39,20 +39,21 @@ TRIM = 4.0
 class Alignment(Shown):
     """Impacts in the clock of another recording.
 
-    An instant `t` of the reference is ``delay + (1 + skew) t`` in the clock of what was aligned.
+    An instant `t` of the reference is ``delay + (1 + skew) t`` in the clock of the aligned train.
 
     Attributes
     ----------
     impacts : Impacts
-        What was aligned, in the clock of the reference.
+        The aligned train, in the clock of the reference.
     delay, delay_error : float
-        At the reference's time 0, and its standard error [s].
+        Delay at time 0 of the reference, and its standard error [s].
     skew, skew_error : float
-        By how much the clock runs fast, relative, and its standard error; 1e-6 is 1 ppm.
+        Relative rate error of the clock, positive if it runs fast, and its standard error; 1e-6 is
+        1 ppm.
     pairs : ndarray of int, shape (n, 2)
-        Indices of an aligned impact and of the reference's that it is.
+        Indices of each aligned impact and of the same impact in the reference.
     error : ndarray, shape (n,)
-        How late each aligned one of a pair is [s].
+        Time of the aligned impact minus that of the reference, for each pair [s].
 
     See Also
     --------
@@ -111,23 +112,24 @@ def align_impacts(
 ) -> Alignment:
     """Estimate offset and drift between the clocks of two recordings from their common impacts.
 
-    A few impacts in a row are laid beside the whole other train, and the delay at which most of
-    them have a partner is taken; of several in trains that nearly repeat themselves, the one at
-    which partners agree best, if they clearly do. From there, pairs are made (`match_impacts`) and
-    a straight line is fitted through them, in a span that doubles until it holds both trains. Pairs
-    that lie further off the line than four robust standard deviations do not count.
+    A few successive impacts are compared with the whole other train, and the delay with the most
+    matches is taken; if several delays match as many impacts, as in nearly periodic trains, the one
+    with the smallest differences, if it is clearly best. Starting there, pairs are formed
+    (`match_impacts`) and a straight line is fitted to them, over a span that is doubled until it
+    contains both trains. Pairs that deviate from the line by more than four robust standard
+    deviations are excluded.
 
     Parameters
     ----------
     impacts, reference : Impacts
-        Two trains of the same machine. Each may lack some of the impacts, and hold others.
+        Two trains of the same machine. Each may lack impacts, and have additional ones.
     within : float
-        How far off the line two of a pair may be [s].
+        Greatest deviation of a pair from the line [s].
     longest_delay : float, optional
-        Greatest delay, either way [s]; by default any that leaves an overlap.
+        Greatest delay in either direction [s]; by default any for which the trains overlap.
     skew : bool
-        Whether the clocks may run at different rates, by up to 200 ppm. Two channels of one
-        instrument do not.
+        Whether the rates of the clocks may differ, by up to 200 ppm. Set to False for two channels
+        of one instrument.
 
     Returns
     -------
@@ -136,8 +138,8 @@ def align_impacts(
     Raises
     ------
     InvalidInput
-        If the trains have too few impacts in common, or repeat themselves such that several
-        delays do.
+        If the trains have too few impacts in common, or are periodic, so that several delays match
+        equally well.
 
     See Also
     --------

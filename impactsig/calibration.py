@@ -21,11 +21,11 @@ class Calibration(Shown):
     Attributes
     ----------
     scale, offset : float
-        In the unit of the load over that of the reading, and in the unit of the load.
+        Gain [unit of the load / unit of the reading] and offset [unit of the load].
     covariance : ndarray, shape (2, 2)
-        Of scale and offset; its diagonal holds the squares of their standard errors.
+        Covariance of scale and offset; its diagonal has the squares of their standard errors.
     residual : ndarray, shape (n,)
-        Known load less fitted one.
+        Known load minus fitted load.
     unit : str
         Unit of the load.
 
@@ -80,21 +80,21 @@ def fit_calibration(
 ) -> Calibration:
     """Fit gain and offset of a sensor to pairs of reading and known load.
 
-    The straight line through pairs of which both values have errors, by maximum likelihood
-    [York2004]_. Where no errors are given, those of all loads are alike, the readings are exact,
-    and the size of the errors is that of the residuals.
+    A straight line is fitted to pairs with errors in both values, by maximum likelihood
+    [York2004]_. If no errors are given, the readings are taken as exact and all loads to have the
+    same error, estimated from the residuals.
 
     Parameters
     ----------
     reading, load : array_like, shape (n,)
-        What the sensor showed, and what acted on it: weights, or for an impact hammer its mass
-        times the impulse of its acceleration, beside the impulse that the sensor recorded. Peaks
-        serve as well, but what they share by the shape of the pulse no single error tells: the
-        scale may be off by one and a half times what is then stated.
+        Reading of the sensor and known load: weights, or, for an impact hammer, its mass times the
+        integral of its acceleration, with the impulse that the sensor recorded. Peaks can be used
+        as well, but the error that they share because of the pulse shape is not accounted for: the
+        error of the scale may be one and a half times the stated one.
     reading_error, load_error : float or array_like, shape (n,), optional
         Standard errors.
     through_zero : bool
-        Without load the sensor shows exactly 0, as one does whose baseline is taken off.
+        Whether the reading without load is exactly 0, as after the baseline has been subtracted.
     unit : str
         Unit of the load.
 
@@ -106,7 +106,7 @@ def fit_calibration(
     ------
     InvalidInput
         If there are fewer than three pairs (two through zero), an error is not positive, or all
-        readings are alike.
+        readings are equal.
 
     See Also
     --------

@@ -33,18 +33,18 @@ class Combination(Shown):
     Attributes
     ----------
     impacts : Impacts
-        All of them, in the clock of the first sensor. The instant is the weighted mean of those of
-        the sensors that recorded an impact and know their errors; where none does, that of the
-        first sensor, with an infinite error. Other columns are those of the sensor in which the
-        impact is strongest, of the sensors that have them: peaks and impulses, where units
-        differ, of those that measure contact times. An impact that none of these recorded has the
-        mean of the measured ones before and after it, with an infinite error; a column without
-        standard errors is then left out.
+        All impacts, in the clock of the first sensor. The instant is the weighted mean over the
+        sensors that recorded the impact and have standard errors; if none has, that of the first
+        sensor, with an infinite error. Other columns are those of the sensor in which the impact is
+        strongest, among the sensors that have them (for peaks and impulses in different units,
+        among those that measure contact times). If none of these recorded the impact, the value is
+        the mean of the measured ones before and after it, with an infinite error; a column without
+        standard errors is omitted.
     index : ndarray of int, shape (n, sensors)
-        Which impact of each sensor's train it is, -1 where that has none.
+        Index of the impact in the train of each sensor, -1 if the sensor did not record it.
     delays, delay_errors : ndarray, shape (sensors,)
-        How late each sensor is against the first, and the standard error [s]; inf where the two
-        have too few impacts in common, and the delay is taken to be 0.
+        Delay of each sensor relative to the first, and its standard error [s]; inf if the two have
+        too few impacts in common, in which case the delay is taken as 0.
 
     See Also
     --------
@@ -78,28 +78,28 @@ def combine_impacts(
 ) -> Combination:
     """Combine the trains of several sensors of one machine into one train.
 
-    How late each sensor is, as sound that travels to a microphone is, is found by `align_impacts`
-    without skew. Impacts of two sensors at most `within` apart, once delays are taken off, are
-    one, by the optimal assignment of `match_impacts`.
+    The delay of each sensor, for example the travel time of sound to a microphone, is estimated by
+    `align_impacts` without skew. Impacts of two sensors that differ by at most `within` after
+    correction for the delays are the same impact, by the optimal assignment of `match_impacts`.
 
     Parameters
     ----------
     trains : sequence of Impacts
-        One for each sensor, of one clock.
+        The train of each sensor, all in the same clock.
     stops : sequence of int or None, optional
-        Which stop each sensor belongs to; None for one that hears them all. An impact is one on
-        the stop whose sensor it is strongest in. Where sensors have one unit, peaks are compared,
-        otherwise peaks over the ninth decile of each sensor's. Where any of them is clipped, which
-        is the strongest is in doubt, and the impact is flagged as clipped.
+        The stop that each sensor belongs to; None for a sensor that records all stops. An impact is
+        assigned to the stop of the sensor in which it is strongest, by peaks if the sensors have
+        the same unit, otherwise by peaks relative to the ninth decile of each sensor. If any of the
+        peaks is clipped, the assignment is uncertain, and the impact is flagged as clipped.
     within : float
-        How far apart two instants of one impact may be [s].
+        Greatest difference between two instants of the same impact [s].
     longest_delay : float, optional
-        Greatest difference of delays [s]. In trains that repeat themselves it must be less than
-        half of what they repeat in. By default `within` of two load cells, which feel an impact
-        at once, so that a machine that hits two stops in turn keeps both, and otherwise 0.05 s,
-        in which sound travels 17 m; where several delays below that suit as well as each other,
-        the least; and where none does, any by which most impacts of one train are those of the
-        other, as of an instrument that starts later. `impacts.notes` says so.
+        Greatest difference of delays [s]. For periodic trains it must be less than half of their
+        period. By default it is `within` for two load cells, which respond to an impact at the same
+        time, so that the impacts of a machine that hits two stops in turn are kept apart. Otherwise
+        it is 0.05 s, in which sound travels 17 m. If several delays below this limit match equally
+        well, the smallest is taken; if none matches, any delay at which most impacts of one train
+        are in the other, as for an instrument that was started later. `impacts.notes` reports this.
 
     Returns
     -------
@@ -108,8 +108,8 @@ def combine_impacts(
     Raises
     ------
     InvalidInput
-        If there is no train, an argument is out of range, several delays suit as well as each
-        other, or a sensor of a stop has impacts without peaks.
+        If there is no train, an argument is out of range, several delays match equally well, or a
+        sensor of a stop has impacts without peaks.
 
     See Also
     --------

@@ -102,12 +102,11 @@ class Comparison(Shown):
     Attributes
     ----------
     a, b : Train
-        Each train by itself.
+        Statistics of each train.
     interval : Distance or None
-        Of the interspike intervals [s]; None where a train has none.
+        Distance of the interspike intervals [s]; None if a train has none.
     contact_time, peak, impulse, approach_velocity : Distance or None
-        Of what was measured of every impact; None where one train does not have it, or the units
-        differ.
+        Distance of these quantities; None if one of the trains lacks them, or the units differ.
     notes : tuple of str
         What was not compared, and why.
 
@@ -173,19 +172,20 @@ def compare(
 ) -> Comparison:
     """Compare the distributions of intervals, contact times and strengths of two trains.
 
-    The distributions of the intervals are compared by the Kolmogorov-Smirnov statistic, which sees
-    any difference of shape however small in time, and by the Wasserstein distance, which says how
-    much time that is: of two periodic trains that differ by a microsecond the first is 1, the
-    second a microsecond. Contact times and strengths are compared likewise.
+    The distributions of the intervals are compared by the Kolmogorov-Smirnov statistic, which
+    responds to any difference in shape, however small in time, and by the Wasserstein distance,
+    which gives the size of the difference in seconds. For two periodic trains whose intervals
+    differ by a microsecond, the first is 1 and the second a microsecond. Contact times and
+    strengths are compared in the same way.
 
     Parameters
     ----------
     a, b : Impacts
         Measured or simulated.
     forcing_period : float, optional
-        Period of the forcing [s], of both; with it the period of each train is identified.
+        Period of the forcing [s] of both trains. If given, the period of each train is identified.
     names : (str, str), optional
-        What to call them.
+        Names of the two trains.
 
     Returns
     -------

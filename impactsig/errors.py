@@ -30,13 +30,13 @@ class InvalidInput(ImpactsigError, ValueError):
     Parameters
     ----------
     argument : str
-        Name of the argument as the caller knows it.
+        Name of the argument.
     value : object
-        What was received.
+        The value received.
     required : str
-        What would have been accepted.
+        The requirement that it does not meet.
     remedy : str, optional
-        How to mend it, where that is not obvious from `required`.
+        How to correct it, if that is not obvious from `required`.
 
     See Also
     --------
@@ -77,9 +77,9 @@ class UnreadableFile(ImpactsigError, OSError):
     path : object
         The file.
     reason : str
-        What is wrong with it, with the position in the file where it is known.
+        What is wrong with the file, with the position if known.
     remedy : str, optional
-        How to mend it.
+        How to correct it.
 
     See Also
     --------

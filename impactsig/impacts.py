@@ -53,39 +53,39 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Impacts:
-    """A train of impacts in order of time, with what was measured of each impact and of the run.
+    """A train of impacts in order of time, with measured quantities and metadata of the run.
 
     Parameters
     ----------
     time : array_like, shape (n,)
         Instants of impact [s], ascending.
     contact_time : array_like, shape (n,), optional
-        From first to last touch [s], or between the crossings of `contact_level` where the run
-        has one. None where it was not measured (sound, hard stops, times from elsewhere).
+        Time from first to last touch [s], or between the crossings of `contact_level` if the run
+        has one. None if it was not measured (sound, hard stops, times from other sources).
     peak : array_like, shape (n,), optional
         Greatest value above the baseline [unit].
     impulse : array_like, shape (n,), optional
         Integral above the baseline over the contact [unit * s].
     rise_time : array_like, shape (n,), optional
-        From first touch to peak [s].
+        Time from first touch to peak [s].
     approach_velocity : array_like, shape (n,), optional
-        Speed towards the stop at first touch, relative to it; of simulated impacts.
+        Speed towards the stop at first touch, relative to it, for simulated impacts.
     time_error, contact_time_error, peak_error, impulse_error : array_like, shape (n,), optional
-        Standard errors of what is named, in its unit; 0 where it is exact (simulated impacts), inf
-        where it is not known (inferred ones).
+        Standard errors of these quantities, in their units; 0 if exact (simulated impacts), inf if
+        unknown (inferred ones).
     shared_time_error : array_like, shape (n,), optional
-        Part of `time_error` that impacts within a second share [s]: they are measured by one
-        pulse shape, whose error moves them all alike. Short intervals are free of it.
+        Part of `time_error` that is common to impacts within a second [s]: they are measured with
+        one pulse shape, whose error shifts all of them equally. It cancels in short intervals.
     probability : array_like, shape (n,), optional
         Probability that it is an impact, 0 to 1.
     pulses : array_like of int, shape (n,), optional
         How many pulses were merged into each.
     stop_index : array_like of int, shape (n,), optional
-        Which stop was hit, -1 where that is not known; of a simulated impact its place in
+        Index of the stop that was hit, -1 if unknown; for simulated impacts the index in
         `Oscillator.stops`.
     stop_probability : array_like, shape (n,), optional
-        Probability that this stop was hit, and no other, 0 to 1; of impacts that `separate_stops`
-        assigned by their sound. 0 where the stop is not known.
+        Probability that this stop was hit, 0 to 1, for impacts that `separate_stops` assigned by
+        their sound. 0 if the stop is unknown.
     flags : array_like of uint8, shape (n,), optional
         Bits `OPEN_START`, `OPEN_END`, `CLIPPED`, `UNRESOLVED`, `INFERRED`,
         `EDITED`.
@@ -103,17 +103,17 @@ class Impacts:
     gaps : array_like, shape (g, 2), optional
         Spans [s] without valid samples; no interval is taken across one.
     sensor, source : str
-        What recorded the run, and where.
+        Kind of sensor, and name of the source.
     recorded_at : datetime, optional
         Wall-clock time of the beginning of the source.
     settings : mapping
-        How the impacts were found.
+        Settings of the detection, and estimated properties of the instrument.
     reason : str
         Why there are no impacts, if there are none.
     notes : tuple of str
-        What makes them doubtful, in sentences.
+        What makes the impacts doubtful, in sentences.
     disturbances : tuple of Disturbance
-        What was kept apart from the impacts.
+        Disturbances that were separated from the impacts.
 
     Raises
     ------
@@ -207,7 +207,7 @@ class Impacts:
     def from_times(
         cls, time: Any, *, start: float | None = None, duration: float | None = None, **known: Any
     ) -> Impacts:
-        """Make a train from instants in any order, and whatever else is known of the impacts.
+        """Make a train from instants in any order, and optional quantities of each impact.
 
         Parameters
         ----------
@@ -246,22 +246,21 @@ class Impacts:
         Parameters
         ----------
         errors : bool
-            Return their covariance too.
+            Whether to return the covariance as well.
 
         Returns
         -------
         intervals : ndarray, shape (m,)
         covariance : scipy.sparse.dia_array, shape (m, m)
-            With `errors`, covariance of their errors [s^2]. Neighbours share an instant, so that
-            with s_i the error of the i-th, ``C[i, i] = s_i^2 + s_{i+1}^2`` and
-            ``C[i, i+1] = C[i+1, i] = -s_{i+1}^2``, where errors of instants are independent.
-            The variance of what impacts share, `shared_time_error`, counts in an interval of
-            T < 1 s as T / 1 s of it.
+            With `errors`, covariance of their errors [s^2]. Successive intervals share an instant.
+            With the error s_i of the i-th instant, ``C[i, i] = s_i^2 + s_{i+1}^2`` and
+            ``C[i, i+1] = C[i+1, i] = -s_{i+1}^2`` for independent errors. The variance of
+            `shared_time_error` contributes a fraction T / 1 s to an interval T < 1 s.
 
         Raises
         ------
         InvalidInput
-            If `errors` are asked for where the instants have none.
+            If `errors` are requested and the instants have none.
         """
         whole = ~self.interval_spans_gap()
         intervals = np.diff(self.time)[whole]
@@ -282,7 +281,7 @@ class Impacts:
         return np.diff(before) > 0
 
     def time_in_contact(self) -> float:
-        """Share of the run spent in contact (the thesis' time-of-contact measure [Karpodinis]_).
+        """Fraction of the run spent in contact (the time-of-contact measure of [Karpodinis]_).
 
         Raises
         ------
@@ -361,15 +360,15 @@ class Impacts:
         Parameters
         ----------
         add : iterable of float
-            Instants [s] of impacts to put in. They get the flag `EDITED`, the probability 1, and
-            of what was not measured the mean of their neighbours with an infinite error.
+            Instants [s] of impacts to add. They have the flag `EDITED`, the probability 1, and, for
+            unmeasured quantities, the mean of their neighbours with an infinite error.
         move : mapping of float to float
-            Instants to move, and where to [s].
+            Instants to move, and new instants [s].
         reject : iterable of float
-            Instants of impacts to take out [s]. The one nearest to an instant is meant, at most
-            1 ms away.
+            Instants of impacts to remove [s]. The impact nearest to each instant, at most 1 ms
+            away, is removed.
         by, comment : str
-            Who corrects, and why.
+            Name of the person, and reason for the corrections.
 
         Raises
         ------
@@ -383,17 +382,19 @@ class Impacts:
     def write_corrections(self, recording: Any) -> Path:
         """Write the corrections beside a recording, where `detect_impacts` finds them again.
 
-        Those of other channels stay. The table knows the recording by the SHA-256 of its file.
+        Corrections of other channels are kept. The table has the SHA-256 of the recording's file.
 
         Parameters
         ----------
         recording : path-like
-            The recording's file; the table is written to that name with ".corrections.csv" added.
+            File of the recording; the table is written to this name with ".corrections.csv"
+            appended.
 
         Returns
         -------
         Path
-            The table: channel, action, instant, where to, by whom, when, comment.
+            Path of the table, with the columns channel, action, instant, new instant, person, date
+            and comment.
 
         Raises
         ------
@@ -409,8 +410,8 @@ class Impacts:
     def apply_corrections(self, recording: Any) -> Impacts:
         """Apply the corrections that are stored beside the recording.
 
-        `detect_impacts` does so where it is given the path of a recording, as do the commands and
-        reports. Corrections of another channel, and outside the run, do not count.
+        `detect_impacts` does this if it is given the path of a recording, as do commands and
+        reports. Corrections of other channels, or outside the run, are ignored.
 
         Parameters
         ----------
@@ -420,13 +421,12 @@ class Impacts:
         Returns
         -------
         Impacts
-            With a note on those that name no impact of this train.
+            The corrected train, with a note on corrections that match no impact.
 
         Raises
         ------
         UnreadableFile
-            If the table beside the recording cannot be read, or the corrections were made in
-            another recording.
+            If the table beside the recording cannot be read, or belongs to another recording.
         """
         from ._trains.correction_files import applied
 
@@ -441,17 +441,17 @@ class Impacts:
         return pd.DataFrame(table.columns(self))
 
     def to_csv(self, path: Any) -> None:
-        """Write a CSV that `read_csv` reads back without loss; the run stands in its first line.
+        """Write a CSV that `read_csv` reads back without loss; metadata are in its first line.
 
         Parameters
         ----------
         path : path-like or text file open for writing
-            Where to.
+            Path or file.
 
         Raises
         ------
         UnwritableFile
-            If it cannot be written; what stood at `path` before is then untouched.
+            If the file cannot be written; an existing file at `path` is then unchanged.
         """
         files.write_csv(self, path)
 
@@ -462,7 +462,7 @@ class Impacts:
         Raises
         ------
         UnreadableFile
-            If there is no such file, or it has no such column or no numbers in it.
+            If there is no such file, or it has no such column, or the column is not numeric.
         """
         return files.read_csv(cls, path)
 

@@ -19,17 +19,18 @@ class Matching(Shown):
     Attributes
     ----------
     pairs : numpy.ndarray of int, shape (n, 2)
-        Indices of a found impact and of the true one that it is, in the order of time.
+        Indices of each detected impact and of the matching true one, in order of time.
     spurious : numpy.ndarray of int
         Indices of detected impacts that match no true one.
     missed : numpy.ndarray of int
         Indices of true impacts that were not found.
     error : numpy.ndarray, shape (n,)
-        How late each found one of a pair is, less the delay [s].
+        Time of the detected impact minus that of the true one and minus the delay, for each pair
+        [s].
     delay : float
-        What was taken off the instants that were found [s].
+        Delay that was subtracted from the detected instants [s].
     within : float
-        How far apart two of a pair may be [s].
+        Greatest difference of the two instants of a pair [s].
 
     See Also
     --------
@@ -91,21 +92,20 @@ def match_impacts(
 ) -> Matching:
     """Pair detected impacts with true ones.
 
-    Of all ways to make pairs at most `within` apart, no impact in two of them, it is the one with
-    the greatest sum of ``within - |error|``: the optimal assignment where an impact left alone
-    costs half of `within` [Rahmathullah2017]_.
+    Among all sets of disjoint pairs that differ by at most `within`, the one with the greatest sum
+    of ``within - |error|`` is taken: the optimal assignment in which an unmatched impact costs half
+    of `within` [Rahmathullah2017]_.
 
     Parameters
     ----------
     found, truth : Impacts
-        What was found, and what it is held against.
+        The detected and the true impacts.
     within : float
         How far apart two of a pair may be [s].
     delay : float, optional
-        How late everything is found [s], as the sound that travels to a microphone is. None takes
-        the median error of the pairs for it, from matching to matching until the pairs stay; it
-        must be less than `within`. Where it may be more, or the clocks differ, `align_impacts`
-        finds it.
+        Delay of all detected impacts [s], such as the travel time of sound to a microphone. None
+        estimates it as the median error of the pairs, iterating until the pairs do not change; it
+        must be less than `within`. Use `align_impacts` if it may be larger or the clocks differ.
 
     Returns
     -------

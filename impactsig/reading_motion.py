@@ -22,28 +22,28 @@ def recorded_motion(
     forcing_period: float | None = None,
     smoothing: float | None = None,
 ) -> RecordedMotion:
-    """Make a motion from a recorded displacement or velocity.
+    """Estimate displacement and velocity from a recorded displacement or velocity.
 
-    Of a displacement alone, x and v are value and slope of cubics fitted in windows around each
-    sample [SavitzkyGolay1964]_. Either window is the widest of a ladder whose bias, as the
-    difference to the next narrower one shows it, is within its noise [Lepskii1991]_. An impact is
-    smoothed over in it: velocities beside impacts are those of `RecordedMotion.restitution`.
+    For a recorded displacement, x and v are value and slope of cubics fitted in windows around each
+    sample [SavitzkyGolay1964]_. Each window is the widest of a sequence whose bias, estimated from
+    the difference to the next narrower one, is within its noise [Lepskii1991]_. Impacts are
+    smoothed; use `RecordedMotion.restitution` for velocities before and after impacts.
 
-    Of a velocity alone, the displacement is its integral without the straight line that fits it
-    best: it is 0 in the mean, and its noise is what has added up along the record.
+    For a recorded velocity, the displacement is its integral minus the best-fitting straight line.
+    Its mean is 0, and its noise accumulates along the record.
 
     Parameters
     ----------
     recording : Recording
         With a channel of displacement or velocity.
     displacement, velocity, forcing : str or int, optional
-        Channels. By default the only channel is the displacement; where `velocity` alone is given,
-        there is no displacement.
+        Channels. By default the only channel is the displacement; if only `velocity` is given,
+        there is no recorded displacement.
     forcing_period : float, optional
-        Period of the forcing [s], where no channel holds it; phase 0 is then the recording's
-        time 0.
+        Period of the forcing [s], if it was not recorded; phase 0 is then at time 0 of the
+        recording.
     smoothing : float, optional
-        Length of both windows [s], of a displacement alone.
+        Length of both windows [s], for a recorded displacement.
 
     Returns
     -------

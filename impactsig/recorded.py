@@ -48,15 +48,15 @@ class RecordedMotion(Shown):
     time, x, v : ndarray, shape (n,)
         Instants [s], displacement [unit] and velocity [unit/s].
     samples : ndarray, shape (n,)
-        What was recorded, not smoothed: the displacement [unit], or else the velocity.
+        The recorded samples, not smoothed: the displacement [unit], or else the velocity.
     rate : float
         Samples per second [Hz].
     noise, velocity_noise : float
-        Standard deviations of what is left of the noise in x and v.
+        Standard deviations of the remaining noise in x and v.
     smoothing, velocity_smoothing : float
-        Lengths of the windows that x and v were smoothed in [s]; 0 where one was not.
+        Lengths of the windows for smoothing x and v [s]; 0 without smoothing.
     phase : ndarray, shape (n,), or None
-        Phase of the forcing [rad], unwrapped: 0 where the forcing is greatest.
+        Phase of the forcing [rad], unwrapped, 0 at the maximum of the forcing.
     unit, source : str
         Unit of the displacement, and where it comes from.
 
@@ -123,8 +123,8 @@ class RecordedMotion(Shown):
     def crossings(self, level: float, direction: Literal["up", "down", "both"] = "up") -> Impacts:
         """Instants at which the displacement crosses a level, with their standard errors.
 
-        Crossings by noise do not count: the displacement must have been four standard deviations of
-        the noise beyond the level before it.
+        Crossings due to noise are excluded: before a crossing, the displacement must have been at
+        least four standard deviations of the noise on the other side of the level.
         """
         level = number("level", level)
         choice("direction", direction, ("up", "down", "both"))
@@ -169,14 +169,13 @@ class RecordedMotion(Shown):
 
         A cubic is fitted to the displacement before and one after, and its slope taken at the
         instants of first and last touch; where the velocity was recorded, a parabola to that.
-        Errors are those of the fits, of the converter's steps, and of the instants. What changes
-        faster than that within the fits, as ringing does, is not among them: give a shorter
-        `within` then.
+        Errors include those of the fits, of quantization, and of the instants, but not faster
+        changes within the fits, such as ringing; use a shorter `within` in this case.
 
         Parameters
         ----------
         impacts : Impacts
-            When the impacts were; with contact times, where they last.
+            The impacts; with contact times if the contacts are not instantaneous.
         within : float, optional
             Length of the fits [s]; by default a fifth of the median interval, and at most 5 ms.
         stop_velocity : float
@@ -185,7 +184,7 @@ class RecordedMotion(Shown):
         Raises
         ------
         InvalidInput
-            If no impact has room for both fits beside it.
+            If no impact has enough samples for both fits.
         """
         instance(
             "impacts", impacts, Impacts, "Impacts", "Impacts.from_times makes them from instants"

@@ -40,10 +40,10 @@ class Recording:
     source : str, optional
         Where the samples come from (a file name).
     sensor : {"force", "sound"}, optional
-        Load cell, accelerometer and strain gauge are "force"; a microphone is "sound".
-        It decides how impacts are looked for.
+        Load cell, accelerometer and strain gauge are "force"; a microphone is "sound". This selects
+        the method of detection.
     truncated : bool, optional
-        The source ended before its own header said it would.
+        Whether the source ended earlier than its header states.
 
     Raises
     ------
@@ -219,7 +219,7 @@ class Recording:
     # -- showing ---------------------------------------------------------------------------
 
     def envelope(self, bins: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Least and greatest sample in each of `bins` spans, so that a plot loses no spike.
+        """Minimum and maximum in each of `bins` spans, so that a plot shows every spike.
 
         Returns
         -------

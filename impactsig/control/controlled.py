@@ -32,7 +32,7 @@ class ControlledMotion(Motion):
     Attributes
     ----------
     schedule : tuple of (float, controller or None)
-        When which control began [forcing periods].
+        Start [forcing periods] and controller, for each change of control.
 
     See Also
     --------
@@ -69,7 +69,7 @@ class ControlledMotion(Motion):
         return self._control.force(turns, phase).reshape(time.shape)
 
     def effort(self, periods: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """Root mean square of the control force in windows of so many forcing periods.
+        """Root mean square of the control force in windows of `periods` forcing periods.
 
         Returns
         -------

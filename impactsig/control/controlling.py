@@ -31,33 +31,34 @@ from .stability.crossing_map import check_flow
 class Controlled:
     """A system with feedback control, which is a system again.
 
-    Delayed feedback makes the motion of an oscillator one with a delay and with impacts. Steps end
-    on the impacts, where the force reaches its limit or comes back from it, and one delay after
-    each of these, again and again. Between these places what is fed back is a polynomial, and where
-    the oscillator is piecewise linear its motion is followed by Taylor series of 21 terms, exact
-    but for rounding (the method of steps). An oscillator with Hertz stops or a `law`, a flow, and
-    any oscillator where a `method` is given, is stepped by Dormand and Prince's method of order 8,
-    what is fed back coming from its interpolant. Under `OGY` the motion
-    is simulated period by period, and under `IntervalFeedback` impact by impact, exactly where the
-    oscillator is piecewise linear; a flow crossing by crossing.
+    Under delayed feedback an oscillator is a delay differential equation with impacts, solved by
+    the method of steps. Steps end at impacts, where the force reaches or leaves its limit, and at
+    integer multiples of the delay after each of these events. In between, the delayed signal is a
+    polynomial. A piecewise linear oscillator is integrated by Taylor series of 21 terms, exact to
+    rounding. Oscillators with Hertz stops or a `law`, flows, and oscillators with a given `method`,
+    are integrated by the method of Dormand and Prince of order 8, with the delayed signal from its
+    interpolant. Under `OGY` the motion is simulated period by period, under `IntervalFeedback`
+    impact by impact (exactly for a piecewise linear oscillator) or, for a flow, crossing by
+    crossing.
 
     Parameters
     ----------
     system : Oscillator or Flow
-        What moves. An oscillator must be forced, as delays and sections are counted in its forcing
+        The system. An oscillator must be forced, as delays and sections are counted in its forcing
         periods. A flow is controlled by feedback, not by OGY.
     controller : DelayedFeedback, IntervalFeedback or OGY, or a sequence of pairs
-        What controls it from `start` on; or pairs of a start and one of them or None, each from its
-        own start to that of the next, such as ``[(100, one), (300, other), (500, None)]`` to go
-        from one orbit to another and let go.
+        The controller, active from `start` on; or pairs of a start and a controller or None, each
+        active until the next start, for example ``[(100, one), (300, other), (500, None)]`` to
+        switch from one orbit to another and then to turn control off.
     start : float, optional
-        When control is switched on, in forcing periods or the flow's unit of time; by default as
-        soon as there is something to feed back, one delay after t = 0.
+        Start of the control, in forcing periods or in the unit of time of the flow; by default one
+        delay after t = 0, when the delayed signal is first available.
 
     Raises
     ------
     InvalidInput
-        If the system cannot be controlled so, an orbit of an OGY is none of it, or starts overlap.
+        If the controller does not apply to the system, the orbit of an `OGY` is not an orbit of the
+        system, or starts overlap.
 
     See Also
     --------
@@ -65,10 +66,10 @@ class Controlled:
 
     Notes
     -----
-    `simulate` gives a `ControlledMotion` or a `ControlledFlowMotion`: the motion with the control
-    force, kept whole from t = 0 on, 5 to 10 kB a forcing period under delayed feedback. The status
-    is "diverged" where a gain has blown up. Under OGY the phase at t = 0 is that of the section of
-    the orbit.
+    `simulate` returns a `ControlledMotion` or a `ControlledFlowMotion`: the motion and the control
+    force, from t = 0 on. Under delayed feedback this takes 5 to 10 kB per forcing period. The
+    status is "diverged" if the motion becomes unbounded because the gain is too large. Under OGY
+    the phase at t = 0 is that of the section of the orbit.
 
     Examples
     --------

@@ -18,27 +18,29 @@ OF_FLOW = "the name or number of a coordinate"
 class DelayedFeedback:
     """Delayed feedback: a force that vanishes on orbits of one period and stabilises them.
 
-    ``F = gain * (w(t) - y(t))``, with what was seen before, ``w = (1 - memory) y(t - delay) +
-    memory w(t - delay)``, and no more than ``limit`` either way [Pyragas1992]_. With a memory it is
-    extended to all earlier delays, ``w = (1 - memory) sum of memory^(n - 1) y(t - n delay)``
-    (ETDAS, [Socolar1994]_), which stabilises what one delay cannot.
+    ``F = gain * (w(t) - y(t))`` with the delayed signal
+    ``w(t) = (1 - memory) y(t - delay) + memory w(t - delay)``; ``abs(F)`` is at most `limit`
+    [Pyragas1992]_. With a memory, all earlier delays contribute,
+    ``w = (1 - memory) sum of memory^(n - 1) y(t - n delay)`` (ETDAS, [Socolar1994]_), which can
+    stabilise orbits that a single delay cannot.
 
     Parameters
     ----------
     gain : float
-        K, force by signal, in the oscillator's units; of a flow, rate by signal.
+        Gain K: force per unit of the signal, in the units of the oscillator; for a flow, rate of
+        change per unit of the signal.
     delay : float
-        Forcing periods of an oscillator: 1 for orbits that close after one. Units of time of a
-        flow.
+        Delay in forcing periods of an oscillator, 1 for orbits that close after one period; in the
+        unit of time of a flow.
     limit : float, optional
-        F0, the greatest force; none unless given.
+        F0, the greatest force; by default the force is not limited.
     signal : str or int
-        y: "velocity" or "displacement" of an oscillator, against what carries the stops; the name
-        or number of a coordinate of a flow, whose rate the feedback is added to. Which of them
-        there are depends on the system: `Controlled` and `orbit_stability` refuse others.
+        y: "velocity" or "displacement" of an oscillator, relative to the stops; for a flow, the
+        name or number of a coordinate, to whose rate of change the feedback is added. `Controlled`
+        and `orbit_stability` raise an error for a signal that the system does not have.
     memory : float
-        R, from 0 up to but without 1. The memory begins empty with the feedback: the first delay
-        is fed back as it was.
+        R, 0 <= R < 1. The memory is empty when the feedback begins: in the first delay, w is the
+        delayed signal itself.
 
     Raises
     ------

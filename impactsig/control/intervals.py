@@ -25,36 +25,36 @@ class IntervalFeedback:
     """Feedback of interspike intervals: at each spike a parameter is set from the last intervals.
 
     Spikes are the impacts of an oscillator, or the crossings of a level by a coordinate of a flow.
-    After the k-th the parameter is moved, until the next one, by
+    After the k-th spike, until the next one, the parameter is changed by
 
         p_k = offset + q_k,   q_k = memory q_(k-1) + gain (I_k - reference),
 
-    I_k being the interval that ends with the spike, in forcing periods or the flow's unit of time;
-    q_k is nothing where it would be more than `limit` either way, or where too few intervals have
-    been seen. The reference is the interval on the orbit that is to be held, or the interval
-    `delay` spikes ago. Neither a displacement nor a velocity is used, nor the phase of the forcing.
+    where I_k is the interval that ends with the spike, in forcing periods or in the unit of time of
+    the flow. q_k is 0 if its modulus would exceed `limit`, or if too few intervals have been
+    measured. The reference is the interval on the target orbit, or the interval `delay` spikes ago.
+    Displacement, velocity and phase of the forcing are not used.
 
     Parameters
     ----------
     gain : float
-        Change of the parameter by an interval that is off by one.
+        Change of the parameter per unit of the deviation of the interval.
     limit : float
         Greatest change of the parameter besides the offset, in its unit.
     target : float, optional
         Interval on the orbit; by default the reference is an earlier interval.
     delay : int
-        How many spikes ago that interval was.
+        Number of spikes between that interval and the current one.
     memory : float
-        Share of the last change that is kept; of any size.
+        Factor by which the last change is retained; may exceed 1.
     parameter : {"amplitude", "load"} or int
-        Amplitude of the first of the oscillator's forces, or a constant force; the place of a
-        parameter in those of a flow.
+        Amplitude of the first force of the oscillator, or a constant force; for a flow, the index
+        of a parameter.
     signal : str or int
         Name or number of the coordinate of a flow whose crossings are its spikes.
     level : float, optional
-        Level that it crosses upwards; of a flow it must be given.
+        Level that the coordinate crosses upwards; required for a flow.
     offset : float
-        Change of the parameter that lasts, as of `fastest` for a strength of the impacts.
+        Constant change of the parameter, as set by `fastest` for a given strength of the impacts.
 
     Raises
     ------
@@ -63,15 +63,15 @@ class IntervalFeedback:
 
     Notes
     -----
-    On an orbit of one impact with an unstable multiplier L < -1 a gain alone suffices, with a
-    target or with a delay, if L is not far below -1. At an oscillator no gain does for L > 1: an
-    interval does not tell where in the forcing's period the impacts are, so that at a multiplier of
-    1 the feedback vanishes, and the number of multipliers above 1 stays odd. A memory above 1, an
-    unstable controller, takes this limit away [Pyragas2001]_. The intervals of a flow that depends
-    on no time tell where on the section it is, and a target has no such limit there. `fastest`
-    chooses gain and memory: these two and the last interval take the place of the state that the
-    method of Ott, Grebogi and Yorke has to see. With m spikes on the orbit a delay of m, or a
-    multiple, makes the feedback vanish on it.
+    For an orbit with one impact and an unstable multiplier L < -1, a gain suffices, with a target
+    or a delay, if L is not far below -1. For an oscillator with L > 1 no gain suffices: intervals
+    do not determine the phase of the impacts, so that the feedback vanishes at a multiplier of 1,
+    and the number of multipliers above 1 stays odd. A memory above 1, that is an unstable
+    controller, removes this limitation [Pyragas2001]_. For an autonomous flow, intervals determine
+    the position on the section, and a target has no such limitation. `fastest` chooses gain and
+    memory; these and the last interval replace the state that the method of Ott, Grebogi and Yorke
+    requires. If the orbit has m spikes, the feedback vanishes on it if the delay is a multiple of
+    m.
 
     See Also
     --------
@@ -131,33 +131,33 @@ class IntervalFeedback:
     ) -> IntervalFeedback:
         """The feedback with the fastest convergence to an orbit, by its linearised map.
 
-        Gain and memory make the greatest multiplier as small as they can. Three are equally great
-        then, two of them the same, so a small difference shrinks as the number of laps times a
-        power of that multiplier, which one exponential does not fit. With a strength the
-        parameter is moved to where the orbit's impacts have it, and the orbit there is the one that
-        is held: so the impacts of an oscillator are made as strong as is asked for by nothing but
-        their instants.
+        Gain and memory minimise the largest modulus of the multipliers. At the minimum three
+        multipliers have the same modulus, two of them being equal, so that small deviations
+        decrease as the number of laps times a power of the multiplier, not as a single exponential.
+        If a strength is given, the parameter is shifted to the value at which the impacts of the
+        orbit have it, and the orbit at this value is stabilised. The strength of the impacts is
+        thus controlled by their instants alone.
 
         Parameters
         ----------
         orbit : PeriodicOrbit or FlowOrbit
-            The orbit to hold, of one spike unless there is a delay.
+            The orbit to stabilise, with one spike unless there is a delay.
         limit : float
-            As of `IntervalFeedback`.
+            As in `IntervalFeedback`.
         delay : int, optional
-            Reference to an earlier interval, as many spikes ago as the orbit has or a multiple; by
-            default to that of the orbit.
+            Use an earlier interval as the reference, from a multiple of the orbit's number of
+            spikes ago; by default the interval on the orbit is used.
         parameter, signal, level
-            As of `IntervalFeedback`.
+            As in `IntervalFeedback`.
         strength : float, optional
-            Approach velocity that the impacts are to have, in the oscillator's units, of an orbit
-            of one impact; by default that which they have on the orbit.
+            Desired approach velocity of the impacts, in the units of the oscillator, for an orbit
+            with one impact; by default that on the orbit.
 
         Raises
         ------
         InvalidInput
             If the orbit has more spikes than the feedback can distinguish, the parameter does not
-            move them, or there is no orbit with impacts of that strength.
+            affect them, or there is no orbit with impacts of that strength.
         """
         own = cls(0.0, limit, None, delay or 1, 0.0, parameter, signal, level)
         if strength is not None:
@@ -197,12 +197,13 @@ class IntervalFeedback:
         return impact_maps_of(orbit, self.parameter)
 
     def check(self, intervals: np.ndarray) -> None:
-        """Refuse an orbit on whose intervals the feedback does not vanish.
+        """Raise an error if the feedback does not vanish on an orbit.
 
         Raises
         ------
         InvalidInput
-            If an interval is not the target, or the spikes do not divide the delay.
+            If an interval differs from the target, or the delay is not a multiple of the number of
+            spikes.
         """
         many = len(intervals)
         if self.target is None and self.delay % many:

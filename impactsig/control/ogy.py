@@ -25,20 +25,21 @@ RETURNS = 1e-6  # relative: an orbit returns to within this
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OGY:
-    """OGY control: a parameter is changed so that the motion falls on the stable direction.
+    """OGY control: once per period a parameter moves the state to the stable direction.
 
-    [OttGrebogiYorke1990]_. Once in a forcing period, at the phase of the orbit's section, the
-    state s is compared with the nearest point s_k of the orbit; for the period that follows the
-    parameter is moved by ``p = -gain_k . (s - s_k)``, such that to first order ``f . (s' -
-    s_(k+1)) = 0`` for the next state s', f being the left eigenvector of the unstable multiplier
-    there: the stable multiplier takes what is left. Where abs(p) is above the limit the motion is
-    left alone, as chaos brings it near sooner or later; if its bands leave the orbit out, a greater
-    limit is needed.
+    The method of [OttGrebogiYorke1990]_. Once per forcing period, at the phase of the section of
+    the orbit, the state s is compared with the nearest point s_k of the orbit. For the following
+    period the parameter is changed by ``p = -gain_k . (s - s_k)``, such that to first order
+    ``f . (s' - s_(k+1)) = 0`` for the next state s', where f is the left eigenvector of the
+    unstable multiplier there; the remaining deviation decays with the stable multiplier. If abs(p)
+    exceeds the limit, the parameter is not changed, since a chaotic motion comes near the orbit
+    again. If the orbit lies between the bands of the attractor, a larger limit is needed.
 
     Parameters
     ----------
     orbit : PeriodicOrbit
-        A saddle, as `find_periodic_orbit` finds in a chaotic attractor.
+        An orbit of saddle type, for example one found by `find_periodic_orbit` in a chaotic
+        attractor.
     limit : float
         Greatest change of the parameter, in the oscillator's unit of force.
     parameter : {"amplitude", "load"}
@@ -49,16 +50,16 @@ class OGY:
     points : ndarray, shape (n, 2)
         Displacement and velocity of the orbit at its n sections.
     gain : ndarray, shape (n, 2)
-        gain_k at each.
+        gain_k at each section.
     multipliers : ndarray, shape (2,)
-        Of the controlled orbit, over its n periods, the greater in modulus first; the unstable one
-        has become 0 but for rounding.
+        Multipliers of the controlled orbit over its n periods, in descending order of modulus; the
+        unstable one has become 0 up to rounding.
 
     Raises
     ------
     InvalidInput
-        If what is given is not an orbit, or no saddle; the limit is not positive; or the parameter
-        does not move the unstable direction.
+        If the orbit is not a PeriodicOrbit of saddle type, the limit is not positive, or the
+        parameter has no effect in the unstable direction.
 
     See Also
     --------
@@ -115,12 +116,12 @@ class OGY:
         return moved(oscillator, self.parameter, by)
 
     def check(self, oscillator: Oscillator) -> None:
-        """Refuse an oscillator that the orbit does not belong to.
+        """Raise an error if the orbit is not an orbit of the oscillator.
 
         Raises
         ------
         InvalidInput
-            If the orbit does not return.
+            If the oscillator does not return to its state on the orbit.
         """
         if oscillator == self.orbit.system:
             return

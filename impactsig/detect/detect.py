@@ -52,61 +52,63 @@ def detect_impacts(
     Parameters
     ----------
     source : Recording, path, or blocks of Recordings
-        What to search. Blocks must follow each other in time and be such that they can be gone
-        through twice (`impactsig.read_blocks`, or a list). The result does not depend on how
-        the record is cut into blocks.
+        The recording. Blocks must be consecutive in time, and an iterable that can be iterated over
+        twice (`impactsig.read_blocks`, or a list). The result does not depend on how the record is
+        divided into blocks.
     sensor : {"force", "sound"}, or a sequence of them, optional
-        By default the source's own. "force" finds pulses and measures their contact; "sound"
-        finds the instants of attack. A sequence has one for each channel.
+        Kind of sensor, by default that of the source. "force" detects pulses and measures the
+        contacts; "sound" detects the instants of attack. A sequence has one for each channel.
     channel : str or int, or a sequence of them, optional
-        Which channel, where there are several. Those of a sequence are sensors of one machine:
+        The channel, if there are several. The channels of a sequence are sensors of one machine:
         each impact is returned once, by `impactsig.combine_impacts`.
     stops : sequence of int or None, optional
-        Which stop each channel of a sequence belongs to, None for one that hears them all; whole
-        numbers, 0 or greater, that `stop_index` then holds.
+        The stop that each channel of a sequence belongs to, an integer of 0 or more, which is
+        stored in `stop_index`; None for a channel that records all stops.
     threshold : float or str, optional
-        Force: level that the response to an impact must reach (see Notes), in the recording's unit,
-        or as a multiple of its noise, ``"6 sigma"``, in place of `least_probability`. Of force
-        records only.
+        Level that the response to an impact must reach (see Notes), in the unit of the recording or
+        as a multiple of its noise, ``"6 sigma"``; replaces `least_probability`. Only for force
+        records.
     polarity : {"auto", "positive", "negative", "both"}
-        Direction of the pulses of a force record; "auto" takes that of the strongest ones. "both"
-        is for one sensor between two stops: `stop_index` is 0 where the pulse points upward, 1
-        where it points downward, and peaks are positive in either.
+        Sign of the pulses of a force record; "auto" takes that of the strongest ones. "both" is for
+        one sensor between two stops: `stop_index` is 0 for positive pulses and 1 for negative ones,
+        and peaks are positive for both.
     contact_level : float or str
-        Level above the baseline between whose crossings the contact time is taken: in the
-        recording's unit, or as a share of each impact's own peak, ``"10 %"``. By default 0: from
-        first to last touch. An impact that does not reach the level has a contact time of 0.
+        Level above the baseline between whose crossings the contact time is measured: in the unit
+        of the recording, or as a percentage of each peak, ``"10 %"``. By default 0: from first to
+        last touch. An impact that does not reach the level has a contact time of 0.
     contact_time : (float, float), optional
-        Shortest and longest contact [s] of a force record; pulses of other lengths are no impacts.
-        By default up to 30 ms or 64 samples, whichever is more; where no pulse is as short as that,
-        up to 1 s or 1024 samples.
+        Shortest and longest contact [s] of a force record; pulses of other lengths are not impacts.
+        By default up to 30 ms or 64 samples, whichever is more; if no pulse is that short, up to 1
+        s or 1024 samples.
     merge_within : float
-        Impacts at most this long after the first of a group [s] become one with it: its instant
-        and contact time, the greatest peak, the impulses added, and how many they were. For the
-        press and release of a key, or the ringing of a structure.
+        Impacts at most this long after the first of a group [s] are merged with it. The result has
+        the instant and contact time of the first, the greatest peak, the sum of the impulses, and
+        the number of pulses. Use it for the press and release of a key, or for the ringing of a
+        structure.
     dead_time : float
-        Impacts at most this long after one [s] are ignored.
+        Impacts at most this long after another one [s] are ignored.
     gaps : {"refuse", "split"}
-        What to do about samples that are missing or not finite.
+        How to treat missing or non-finite samples: raise an error, or detect in the spans between
+        them.
     skip_quiet : bool
-        Pass over stretches of a force record that cannot hold an impact. The result is the same
-        without it.
+        Whether to skip stretches of a force record that cannot contain an impact. The result does
+        not depend on it.
     least_probability : float
-        Impacts that are less likely are left out, between 0 and 1. A lower one finds fainter
-        impacts, and more that are none.
+        Impacts with a lower probability are omitted, between 0 and 1. A lower value finds weaker
+        impacts and more false ones.
 
     Returns
     -------
     Impacts
-        With `reason` where there are none, `notes` on what makes them doubtful, the `disturbances`
-        that were kept apart from them, and the `probability` of each. Corrections
-        beside a file (`Impacts.write_corrections`) are made again.
+        The impacts, with the `probability` of each, `notes` on what makes them doubtful, the
+        `disturbances` that were separated from them, and the `reason` if there are none.
+        Corrections stored beside a file (`Impacts.write_corrections`) are applied.
 
     Raises
     ------
     InvalidInput
-        If an argument cannot be used; if several channels are there and none was chosen; if
-        samples are missing or not finite and `gaps` is "refuse".
+        If an argument is invalid; if there are several channels and none was chosen; if samples are
+        missing or not finite and `gaps` is "refuse".
     UnreadableFile
         If `source` is the path of a file that cannot be read.
 
@@ -116,45 +118,45 @@ def detect_impacts(
 
     Notes
     -----
-    Force: the response to a width w is the mean of the samples over w less the mean over both
-    flanks, scaled such that the half-sine of the matching length gives its height; it must also
-    rise above the higher flank, which no step and no ramp does. An impact is a crest of the
-    response at the width at which it stands highest above its noise, of all widths up to that of
-    the longest contact. Noise, mains hum and the steps of the converter are read from the samples
-    between impacts within ten seconds of it, and hum is taken off by a fit; single samples that
-    stand alone among longer pulses are glitches. Where pulses undershoot as behind a high-pass of
-    the first order, that is undone first: what is measured is the force, and
-    ``settings["ac_coupling"]`` is the time constant [s]. An impact is certain where Gaussian noise
-    would exceed its response once in fifty minutes, or once in 2000 impacts. Where five are certain
-    within two seconds or so, and one in sixteen of them stands little above that level, fainter
-    ones of their width are looked for as well, and `probability` is the share of impacts among
-    responses as high as its own: responses that point the wrong way show how often the noise makes
-    one (`impactsig.detect.signal.probability`). Where fewer are certain it only orders what was
-    found, and is 1/2 where certainty begins. `Impacts.noise` is the standard deviation of the
-    samples between impacts, ``settings`` holds what was read of the instrument. How a pulse is
-    measured is described in `impactsig.detect.pulses.pulse`.
+    Force: the response to a width w is the mean of the samples over w minus the mean over both
+    flanks, scaled such that it equals the height of the half-sine of matching length; the samples
+    must also exceed the higher flank, which excludes steps and ramps. An impact is a local maximum
+    of the response, at the width with the greatest signal-to-noise ratio, among all widths up to
+    that of the longest contact. Noise, mains hum and the quantization step are estimated from the
+    samples between impacts within ten seconds, and hum is subtracted; single samples that stand out
+    among longer pulses are glitches. If pulses undershoot as after a first-order high-pass filter,
+    the filter is inverted first, so that the force is measured; ``settings["ac_coupling"]`` is its
+    time constant [s]. An impact is certain if Gaussian noise would exceed its response once in
+    fifty minutes, or once in 2000 impacts. If at least five impacts are certain within about two
+    seconds, and one in sixteen of them is little above that level, weaker ones of their width are
+    searched for, and `probability` is the fraction of impacts among responses of that height:
+    responses of the opposite sign show how often noise causes one
+    (`impactsig.detect.signal.probability`). If fewer are certain, `probability` only orders the
+    impacts, and is 1/2 at the level of certainty. `Impacts.noise` is the standard deviation of the
+    samples between impacts; ``settings`` has the estimated properties of the instrument. The
+    measurement of a pulse is described in `impactsig.detect.pulses.pulse`.
 
-    Where the pulses of a second are alike, each is measured with the shape that they share
+    If the pulses of a second are alike, each is measured with their common shape
     (`impactsig.detect.pulses.shape.shared_shape`). Standard errors of instants, contact times,
-    peaks and impulses are those of the fit (its posterior covariance, and that of the shared
-    shape) or of the edges (noise over slope). They hold the noise as it is over the width of the
-    pulse, the step of the converter, the baseline that is subtracted, and what the fit cannot
-    follow; see
-    `impactsig.detect.pulses._errors`. The error of a shared shape is common to the impacts of a
-    second: it cancels in their intervals. What a flag says is not in the record has an infinite
-    error: the instant of a pulse that is open at its start, contact time and impulse of an open
-    one, peak and impulse of a clipped one.
+    peaks and impulses are those of the fit (its posterior covariance, and that of the common shape)
+    or of the edges (noise divided by slope). They include the noise over the width of the pulse,
+    the quantization step, the subtracted baseline, and the misfit of the model; see
+    `impactsig.detect.pulses._errors`. The error of a common shape is the same for the impacts of a
+    second: it cancels in their intervals. A quantity that is not in the record, according to a
+    flag, has an infinite error: the instant of a pulse that is open at its start, contact time and
+    impulse of an open one, peak and impulse of a clipped one.
 
-    Sound: see `impactsig.detect.sound.sound`. Where at least half of the impacts sound alike, those
-    that do are timed by their waveform, to about a hundredth of a sample; others by their attack,
-    to a sample. ``settings["alike"]`` is the share of the former. Behind the filter of a record of
-    up to 24 kHz, which rings before an impact, others are timed by the modes that they share, to a
-    tenth of a sample or two; where they share none, by the crossing of a share of their peak.
-    Standard errors of instants are those of the fit of the waveform (by what it leaves) or of the
-    modes (by the probability of all instants), of the crossing (by the time that the sound stays
-    above it and its noise), or of the attack (by the probability of all splits, and by how long a
-    filter rings before it). A delay common to all instants is no part of them. Impacts softer than
-    twice the noise are now and then off by many times their standard error.
+    Sound: see `impactsig.detect.sound.sound`. If at least half of the impacts sound alike, these
+    are timed by their common waveform, to about a hundredth of a sample, and the others by their
+    attack, to a sample. ``settings["alike"]`` is the fraction of the former. At rates up to 24 kHz,
+    where the anti-alias filter rings before an impact, the others are timed by their common modes,
+    to one or two tenths of a sample; if there are none, by the crossing of a fraction of their
+    peak. Standard errors of the instants are those of the fit of the waveform (from its residuals)
+    or of the modes (from the posterior of the instant), of the crossing (from the time that the
+    sound stays above it and its noise), or of the attack (from the posterior of the change point,
+    and the duration of the ringing before it). A delay common to all instants is not included.
+    Instants of impacts weaker than twice the noise are occasionally off by many times their
+    standard error.
 
     Examples
     --------

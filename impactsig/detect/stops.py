@@ -46,14 +46,15 @@ class StopSeparation(Shown):
     Attributes
     ----------
     impacts : Impacts
-        With `stop_index`, if there are two kinds of sound: 0 for the kind of the first
-        impact; and with `stop_probability`, that of the stop assigned.
+        The impacts, with `stop_index` if there are two kinds of sound (0 for the kind of the first
+        impact), and `stop_probability`, the probability of the stop assigned.
     probability : ndarray, shape (n, 2), or None
-        Of either stop, for each impact.
+        Probability of each stop, for each impact.
     distance : float
-        Between the kinds, in standard deviations of a kind along the line between them.
+        Distance between the two kinds, in standard deviations of a kind along the line between
+        them.
     reason : str
-        Why the impacts cannot be separated, where that is so.
+        Why the impacts cannot be separated; otherwise empty.
 
     See Also
     --------
@@ -82,11 +83,11 @@ def separate_stops(
     Parameters
     ----------
     recording : Recording
-        In which the impacts were found.
+        The recording in which the impacts were detected.
     impacts : Impacts
-        Instants as they are heard, as `detect_impacts` finds them.
+        Impacts in the clock of the recording, as returned by `detect_impacts`.
     channel : str or int, optional
-        The microphone, where there are several channels.
+        The channel of the microphone, if there are several.
 
     Returns
     -------
@@ -95,7 +96,7 @@ def separate_stops(
     Raises
     ------
     InvalidInput
-        If an argument is of another kind, no channel is chosen among several, or the rate is below
+        If an argument has the wrong type, no channel is chosen among several, or the rate is below
         2 kHz.
 
     See Also
@@ -104,8 +105,8 @@ def separate_stops(
 
     Notes
     -----
-    A kind that makes up fewer than one in twenty of the impacts is not found. Missing samples are
-    taken for silence.
+    A kind with fewer than one in twenty of the impacts is not found. Missing samples are treated as
+    silence.
 
     Examples
     --------

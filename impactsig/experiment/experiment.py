@@ -50,13 +50,13 @@ class Experiment(Shown):
     files : tuple of Path
         The recording of each run.
     values : numpy.ndarray, shape (n,)
-        The parameter of each run; NaN where the rig names none.
+        Parameter value of each run; NaN if the rig defines none.
     branches : tuple of str
         "up", "down", another word, or an empty text.
     errors : dict of Path to ImpactsigError
-        The recordings of which there is no run, and why.
+        Recordings that could not be analysed, and why.
     directory : Path
-        Where the runs are kept.
+        Folder in which the runs are stored.
 
     See Also
     --------
@@ -93,31 +93,31 @@ class Experiment(Shown):
     ) -> Experiment:
         """Analyse all recordings of a folder, in parallel processes.
 
-        Each run is on disk as soon as it is worked out, under a name made of the content of the
-        recording, the settings of the rig and the code of this package. What is there is not
-        worked out again: an experiment that is killed goes on, and only recordings that changed,
-        or that another setting concerns, are done anew.
+        Each run is stored on disk as soon as it is analysed, under a key derived from the content
+        of the recording, the settings of the rig and the code of this package. Stored runs are not
+        analysed again: an interrupted call can be repeated, and only recordings that changed, or to
+        which a changed setting applies, are analysed.
 
         Parameters
         ----------
         folder : path-like
-            The recordings, in folders of their own or not.
+            The folder of the recordings, which may be in subfolders.
         rig : Rig or path-like, optional
             By default the ``rig.toml`` of the folder.
         directory : path-like, optional
-            Where the runs are kept; ``.impactsig`` in the folder by default. The processes of a
-            cluster must see it under the same name.
+            Folder in which the runs are stored; by default ``.impactsig`` in `folder`. The
+            processes of a cluster must see it under the same name.
         workers : int, optional
-            Processes; as many as there are cores unless given. The result does not depend on it.
+            Number of processes, by default the number of cores. The result does not depend on it.
         client : distributed.Client or str, optional
-            Work on this dask cluster instead, as for `sweep`.
+            Use this dask cluster instead, as for `sweep`.
         progress : bool, optional
-            Whether to show how far it is; by default where a terminal or notebook is watching.
+            Whether to show a progress bar; by default only in a terminal or notebook.
 
         Returns
         -------
         Experiment
-            A recording that cannot be worked out is named in `errors`; the others are done.
+            The experiment. Recordings that cannot be analysed are listed in `errors`.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class Experiment(Shown):
         UnreadableFile
             If the file of the rig, or its table, cannot be used.
         UnwritableFile
-            If the runs cannot be kept.
+            If the runs cannot be stored.
         """
         place = path_of("folder", folder)
         if rig is None:
@@ -190,8 +190,8 @@ class Experiment(Shown):
     def to_frame(self) -> pd.DataFrame:
         """A table with a row for each run: parameter, period, and means over the run.
 
-        In the mean contact time a second that is far off from the others counts less, since
-        detection measures the pulses of a second together (Huber's mean [Huber1964]_).
+        The mean contact time is Huber's robust mean over seconds [Huber1964]_, since detection
+        measures the pulses of each second together.
         """
         import pandas as pd
 
@@ -264,8 +264,8 @@ class Experiment(Shown):
         Parameters
         ----------
         quantity : {"interval", "peak", "contact_time", "impulse", "phase"}
-            "phase" is in forcing periods from the forcing's own zero where it was recorded, else
-            from the mean of the run.
+            The quantity. "phase" is in forcing periods, relative to the zero of the forcing if it
+            was recorded, otherwise to the mean of the run.
 
         Yields
         ------
@@ -283,12 +283,12 @@ class Experiment(Shown):
     def jumps(self) -> tuple[Jump, ...]:
         """Changes of the motion along each branch: other periods, gained or lost.
 
-        In a sweep a motion is lost later than in a steady experiment. The delay is taken off, and
-        stated, where a transient about the change tells it: beyond the frequency at which a motion
-        becomes unstable, what is off it grows at first unseen, and where it becomes stable, decays
-        ever faster. With sweeps both ways the frequency between growth and decay is found; with one
-        alone it is extrapolated. Where no transient is seen the error allows for the sweep of 20
-        forcing periods.
+        In a sweep a motion is lost later than in a steady experiment. This delay is estimated from
+        the transient around the change, subtracted and stated: beyond the frequency at which a
+        motion becomes unstable, deviations grow, at first below the noise, and where it becomes
+        stable they decay increasingly fast. With sweeps in both directions, the frequency between
+        growth and decay is determined; with one direction it is extrapolated. If no transient is
+        visible, the error includes the sweep over 20 forcing periods.
         """
         steady = [one for one in self.points() if math.isinf(one.stop)]
         sweeps = [
@@ -321,17 +321,17 @@ class Experiment(Shown):
         Parameters
         ----------
         directory : path-like
-            Where ``index.html`` goes, the tables ``runs.csv`` and ``jumps.csv``, and in
-            ``recordings`` the reports; made if need be. Reports that are there and current, of the
-            same recording, settings and version of this package, are left as they are.
+            Folder for ``index.html``, the tables ``runs.csv`` and ``jumps.csv``, and, in
+            ``recordings``, the reports; it is created if necessary. Reports of the same recording,
+            settings and version of this package are not written again.
         reports : bool
-            Whether each recording has a report of its own.
+            Whether to write a report of each recording.
         simulated : BifurcationDiagram or sequence of it, optional
-            Drawn beside the measurement.
+            Simulated diagrams to draw with the measurement.
         workers : int, optional
-            Processes; as many as there are cores unless given. The result does not depend on it.
+            Number of processes, by default the number of cores. The result does not depend on it.
         progress : bool, optional
-            Whether to show how far it is; by default where a terminal or notebook is watching.
+            Whether to show a progress bar; by default only in a terminal or notebook.
 
         Returns
         -------
@@ -341,7 +341,7 @@ class Experiment(Shown):
         Raises
         ------
         UnwritableFile
-            If the directory cannot be made or written.
+            If the directory cannot be created or written.
         """
         from ..report.experiment import write_experiment
 

@@ -22,7 +22,7 @@ Table = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Rig:
-    """How the recordings of an experiment are read, searched and ordered.
+    """How the recordings of an experiment are read, analysed and ordered.
 
     The parameters are the tables of a ``rig.toml``, with the same keys; ``impactsig rig FILE``
     writes one with all keys explained.
@@ -30,37 +30,38 @@ class Rig:
     Parameters
     ----------
     channel : sequence of mapping
-        Each channel of the files that is used: its ``name`` or ``number``, its ``use`` ("impacts",
+        The channels that are used, each with its ``name`` or ``number``, its ``use`` ("impacts",
         "forcing" or "tacho"), ``sensor``, ``scale``, ``offset``, ``unit`` and ``stop``.
     parameter : mapping
-        What is changed from run to run: its ``name`` and ``unit``, and where its value comes
-        ``from``: the "file name" (``pattern``, a regular expression with a group "value" and
-        perhaps one named "branch"), a "table" (a CSV file with the columns file, value and perhaps
-        branch), a "channel" (its mean, or the frequency of the forcing), or "metadata" of the file
-        (``key``). ``branch``, "up" or "down", is that of runs that say none; "rising", "increasing"
-        and the like are taken for "up", their contraries for "down".
+        The parameter that differs between runs: its ``name`` and ``unit``, and the source of its
+        value, ``from``: the "file name" (``pattern``, a regular expression with a group "value" and
+        optionally one named "branch"), a "table" (a CSV file with the columns file, value and
+        optionally branch), a "channel" (its mean, or the frequency of the forcing), or "metadata"
+        of the file (``key``). ``branch``, "up" or "down", is that of runs without a branch;
+        "rising", "increasing" and similar words mean "up", their opposites "down".
     forcing : mapping
-        ``frequency``: "parameter" where that is the forcing frequency [Hz], or a number.
+        ``frequency``: "parameter" if the parameter is the forcing frequency [Hz], or a number.
     reading, raw : mapping
         As for `read` and `RawLayout`.
     detection : mapping
         As for `detect_impacts`.
     sweep : mapping
-        Recordings in which the forcing frequency was swept: ``from`` the "channel" of the forcing,
-        a stated "law" (``start`` [Hz], ``rate`` [Hz/s]) or the "impacts" (which need both too, as
-        a first guess), and the impacts in a ``window``. A ``start`` of "parameter" is that of each
-        run, and runs of the branch "down" are swept downwards: so one rig has sweeps both ways.
+        For recordings with a swept forcing frequency. ``from`` is the "channel" of the forcing, a
+        stated "law" (``start`` [Hz], ``rate`` [Hz/s]) or the "impacts" (with both as a first
+        guess); ``window`` is the number of impacts per window. With ``start = "parameter"`` the
+        sweep starts at the parameter of each run, downwards for runs of the branch "down", so that
+        one rig can have sweeps in both directions.
     report : mapping
-        ``dimension``: whether the correlation dimension is worked out; ``periods``: the greatest n
-        of period(m, n).
+        ``dimension``: whether to compute the correlation dimension; ``periods``: greatest n of
+        period(m, n).
     files : str
-        Which files of a folder are recordings, as a pattern of `pathlib.Path.glob`; by default all
-        whose names end as those of a format do.
+        Pattern of the recordings in a folder, as for `pathlib.Path.glob`; by default all files with
+        the extension of a known format.
 
     Raises
     ------
     InvalidInput
-        For an unknown key or a wrong value, named by its table and key.
+        If a key is unknown or a value invalid; the error names its table and key.
 
     See Also
     --------
@@ -153,7 +154,8 @@ class Rig:
         Raises
         ------
         UnreadableFile
-            If it is no TOML, or holds an unknown key or a wrong value; the line is named.
+            If the file is not TOML, or has an unknown key or an invalid value; the error gives the
+            line.
         """
         place = path_of("path", path)
         try:

@@ -69,75 +69,75 @@ def fit_oscillator(
     kinds: Sequence[str] = ("rigid",),
     seed: Seed = None,
 ) -> OscillatorFit | MachineFit:
-    """Find the impact oscillator that measured, irregular trains of impacts come from.
+    """Fit an impact oscillator to measured, irregular trains of impacts.
 
     ``x'' + 2 damping x' + x = amplitude cos(omega t)``, x < 1, ``x' -> -restitution x'`` at the
     stop; x in units of the gap, t in 1 / omega_n.
 
-    With strengths, one orbit of the oscillator is laid beside all impacts, by least squares over
-    every instant and velocity at once, and the parameters are those at which it lies nearest: the
-    fit of a differential equation to chaotic data [Baake1992]_, with a shot for every flight.
-    Flights that contradict their neighbours are left out: an impact was missed or is false. Trains
-    simulated at the optimum, and measured as the real one was (jitter, missed and spurious impacts,
-    noise of the strengths, all estimated with the rest), tell bias and scatter, which is indirect
-    inference [Gourieroux1993]_.
+    With strengths, one orbit of the oscillator is fitted to all impacts, by least squares over all
+    instants and velocities, together with the parameters: a multiple-shooting fit of a differential
+    equation to chaotic data [Baake1992]_, with one shot per flight. Flights that contradict their
+    neighbours are excluded, since an impact was missed or is false. Bias and scatter are estimated
+    from trains that are simulated at the optimum and measured like the real one (jitter, missed and
+    spurious impacts and noise of the strengths are estimated as well): indirect inference
+    [Gourieroux1993]_.
 
-    From instants alone no orbit tells much, as jitter is as wide as the attractor. There simulated
-    trains are compared with the measured one by moments of the sequence of intervals and of the
-    phases; differential evolution [StornPrice1997]_ leads near the optimum, where the moments are
-    regressed on the parameters.
+    From instants alone an orbit is poorly determined, since jitter is as large as the attractor is
+    wide. Simulated trains are then compared with the measured one by moments of the sequence of
+    intervals and of the phases. Differential evolution [StornPrice1997]_ finds the neighbourhood of
+    the optimum, where the moments are regressed on the parameters.
 
-    Many trains of one machine, each at a forcing of its own, are fitted together: restitution
-    coefficient, damping and natural frequency are the same in all, amplitude and phase are each
-    train's own. Instants alone suffice, 100 of each train: the likeliest course of the oscillator
-    through a train, among states of simulated orbits [Rabiner1989]_, says which state each impact
-    is, what is false and what was missed, and orbits beside all trains tell the rest. The same is
-    done with each of `kinds`, and the result is the likeliest, with the odds of the others.
+    Several trains of one machine, each at a different forcing, are fitted together: restitution
+    coefficient, damping and natural frequency are common to all, amplitude and phase are specific
+    to each train. Instants suffice, 100 per train. The most likely sequence of states through a
+    train, among states of simulated orbits [Rabiner1989]_, identifies the state at each impact,
+    false impacts and missed ones; orbits fitted to all trains then determine the parameters. This
+    is repeated for each of `kinds`, and the result is the most likely kind, with the odds of the
+    others.
 
-    Of 2000 impacts of chaotic motion, each moved by 1 % of the mean interval, 2 % missed and 1 %
-    spurious, the standard errors of restitution coefficient, damping and amplitude are about 0.008,
-    0.9 % and 0.2 % where strengths are known to 2 %; 0.014, 3 % and 0.4 % at 5 %; and 0.05, 15 %
-    and 2 % from instants alone, which hardly tell the damping. A fit
-    takes about 10 seconds where strengths are known, 20 where not, and minutes where it has to
-    begin anew. Of eight trains of 500 instants each, moved by 0.5 % of the mean interval, those of
-    restitution coefficient and damping are about 0.02 and 8 % (0.009 and 4 % by 0.5 % of the
-    forcing period, which is shorter), in 12 seconds, or 15 to 40 where
-    all `kinds` are compared.
+    For 2000 impacts of a chaotic motion, with a jitter of 1 % of the mean interval, 2 % missed and
+    1 % spurious, the standard errors of restitution coefficient, damping and amplitude are about
+    0.008, 0.9 % and 0.2 % if strengths are known to 2 %; 0.014, 3 % and 0.4 % at 5 %; and 0.05, 15
+    % and 2 % from instants alone, which hardly determine the damping. A fit takes about 10 seconds
+    with strengths, 20 without, and minutes if it has to be restarted. For eight trains of 500
+    instants each, with a jitter of 0.5 % of the mean interval, those of restitution coefficient and
+    damping are about 0.02 and 8 % (0.009 and 4 % with 0.5 % of the forcing period, which is
+    shorter); this takes 12 seconds, or 15 to 40 if all `kinds` are compared.
 
     Parameters
     ----------
     impacts : Impacts, or list of Impacts
-        200 or more, of a motion that is not periodic; of many trains 100 or more of each, of which
-        periodic ones, and those whose impacts keep no phase of the forcing, are left aside.
-        Inferred impacts are left out.
+        At least 200 impacts of a motion that is not periodic; at least 100 per train if there are
+        several, where periodic trains, and trains that are not locked to the forcing, are excluded.
+        Inferred impacts are omitted.
     forcing_period : float, or list of float
-        Period of the forcing [s], right to 0.2 %; of each train.
+        Period of the forcing [s], accurate to 0.2 %; one for each train.
     free : sequence of str
-        Which parameters to find: of "restitution", "damping", "amplitude", "natural_frequency".
+        Parameters to estimate: of "restitution", "damping", "amplitude", "natural_frequency".
     natural_frequency : float, optional
-        Natural frequency [Hz]; where it is free, about which. By default the scene's.
+        Natural frequency [Hz], or its approximate value if it is free. By default that of the
+        scene.
     scene : Oscillator, optional
-        What is known of the machine: an oscillator with one harmonic force and one rigid stop, as
-        `scenes.karpodinis`. Its parameters stand for those that are not free.
+        Known properties of the machine: an oscillator with one harmonic force and one rigid stop,
+        such as `scenes.karpodinis`, whose parameters are used for those that are not free.
     bounds : dict of str to (float, float), optional
-        Least and greatest value of a free parameter; by default 0 to 1 for the restitution
-        coefficient, 0.001 to 0.5 for the damping, 0.01 to 10 for the amplitude, and 10 % about the
-        natural frequency.
+        Bounds of a free parameter; by default 0 to 1 for the restitution coefficient, 0.001 to 0.5
+        for the damping, 0.01 to 10 for the amplitude, and 10 % about the natural frequency.
     strengths : {"auto", "impulse", "peak", "approach_velocity"} or None
-        What tells how hard each impact was, in proportion to its approach velocity; "auto" takes
-        the first of the impulse, the peak and the approach velocity that is there, None uses the
-        instants only. Of many trains only the instants are used.
+        The quantity that is proportional to the approach velocity of each impact. "auto" takes the
+        first available one of impulse, peak and approach velocity; None uses only the instants. For
+        several trains only the instants are used.
     same_amplitude : bool
-        Whether the forcing's amplitude is the same in all of many trains, as that of a rig may be:
-        then these tell more.
+        Whether the amplitude of the forcing is the same in all of several trains; the parameters
+        are then better determined.
     kinds : sequence of str
-        Kinds of machine that many trains are compared with, by the evidence of each: of "rigid",
-        "soft" (a stop with spring and damper, `KelvinVoigt`), "two-sided" (two rigid stops of the
-        same restitution coefficient on either side) and "echo" (a rigid stop, whose impacts are
-        followed by another instant at a delay that all trains share). Of a single train with
-        strengths "rigid" and "soft".
+        Kinds of machine to compare with several trains, by their evidence: of "rigid", "soft" (a
+        stop with spring and damper, `KelvinVoigt`), "two-sided" (two rigid stops of the same
+        restitution coefficient on either side) and "echo" (a rigid stop, whose impacts are followed
+        by another instant at a delay that all trains share). Of a single train with strengths
+        "rigid" and "soft".
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------
@@ -146,9 +146,9 @@ def fit_oscillator(
     Raises
     ------
     InvalidInput
-        If there are too few impacts, they are periodic (a few intervals that recur cannot tell
-        several parameters), no search ends at an oscillator with as many impacts, or an argument
-        is out of its range.
+        If there are too few impacts, they are periodic (a few recurring intervals cannot determine
+        several parameters), no search ends at an oscillator with as many impacts, or an argument is
+        out of its range.
 
     See Also
     --------
@@ -157,11 +157,12 @@ def fit_oscillator(
     Notes
     -----
     The forcing must be harmonic. A machine with stops on both sides cannot be fitted to one train,
-    as its impacts do not show which stop they are on: it is refused, or the fit reports a `misfit`.
-    Where strengths are known an orbit is laid with a rigid and with a soft stop, whichever is
-    fitted: if the other is far likelier, the fit is a misfit too. From the instants of one train a
-    soft stop passes for a rigid one with less restitution and damping, and the fit warns of it;
-    many trains tell these apart, if `kinds` names them. Dead time is not in the chain.
+    since its impacts do not show which stop was hit: an error is raised, or the fit reports a
+    `misfit`. With strengths, an orbit is fitted with a rigid and with a soft stop, whichever kind
+    is fitted; if the other kind is far more likely, the fit is a misfit as well. From the instants
+    of one train a soft stop cannot be distinguished from a rigid one with lower restitution and
+    damping, and the fit warns of it; several trains distinguish them, if `kinds` includes both.
+    Dead time is not part of the model of the instrument.
 
     Examples
     --------

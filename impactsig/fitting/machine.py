@@ -30,45 +30,48 @@ class Aside(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MachineFit(Shown):
-    """One oscillator for many trains: what they share, and each with its own forcing.
+    """One oscillator fitted to many trains, each with its own forcing.
 
-    Of several kinds of machine that were compared it is the likeliest.
+    If several kinds of machine were compared, this is the most likely one.
 
     Attributes
     ----------
     values : dict of str to float
-        What is the same in all trains, free or known; see `OscillatorFit`. Of a soft stop also its
-        "stiffness" by the spring's, beside which "restitution" is that of a free contact; of a
-        machine with two stops "second_gap", the distance of the farther by that of the nearer.
+        Parameters common to all trains, free or known; see `OscillatorFit`. For a soft stop also
+        its "stiffness" relative to that of the spring, and "restitution" is that of a free contact;
+        for a machine with two stops "second_gap", the ratio of the distances of the farther and the
+        nearer stop.
     intervals : dict of str to (float, float)
-        95 % intervals of the free ones; (-inf, inf) of all where the trains do not tell one.
+        95 % intervals of the free ones; (-inf, inf) for all if the trains do not determine one of
+        them.
     free : tuple of str
-        Which of these were free.
+        Names of the free parameters.
     covariance : ndarray, shape (free, free)
-        On the scale of `logarithmic`.
+        Covariance of the free parameters, on the scale of `logarithmic`.
     logarithmic : tuple of bool
-        Of which free parameters the covariance is that of the logarithm.
+        For each free parameter, whether the covariance is that of its logarithm.
     runs : tuple of OscillatorFit
-        Each train that was used: its amplitude, what the measuring chain did, how it compares with
-        trains simulated at the optimum. What is shared has the values and covariance that all
-        trains tell.
+        Fit of each train that was used: its amplitude, the properties of the instrument, and the
+        comparison with trains simulated at the optimum. Common parameters have the values and
+        covariance from all trains.
     periodic : tuple of int
-        Places of the trains that were left aside: their intervals recur and tell too little.
+        Indices of the trains that were excluded because they are periodic.
     unlocked : tuple of int
-        And of those whose impacts come at all phases of the stated forcing alike.
+        Indices of the trains that were excluded because their impacts are not locked to the stated
+        forcing.
     p_value : float
-        Of all trains together, by Fisher's method from those of the runs.
+        P-value of all trains together, by Fisher's method from those of the runs.
     warnings : tuple of str
-        What to know before the numbers are used.
+        Warnings about the result.
     kind : {"rigid", "soft", "two-sided", "echo"}
-        The likeliest kind of machine: with one rigid stop, a soft one, two rigid ones on either
-        side, or one rigid stop whose impacts have echoes.
+        The most likely kind of machine: with one rigid stop, one soft stop, rigid stops on both
+        sides, or one rigid stop whose impacts have echoes.
     log_odds : dict of str to float
-        Logarithm of the evidence of each kind that was compared, less that of the likeliest;
-        -inf where no orbit of that kind follows the trains.
+        Logarithm of the evidence of each kind that was compared, minus that of the most likely one;
+        -inf if no orbit of that kind fits the trains.
     echoes : dict of str to float
-        Of the kind "echo": "delay", how long after its impact an echo comes [s], and "share", of
-        the impacts that have one; else empty.
+        For the kind "echo": "delay", the time from an impact to its echo [s], and "share", the
+        fraction of impacts with an echo; otherwise empty.
 
     See Also
     --------
@@ -103,8 +106,8 @@ class MachineFit(Shown):
     def decided(self) -> bool:
         """Whether the kind is decided: no other's `log_odds` are above -100.
 
-        The evidence counts what the likeliest courses through the trains leave out, and differs
-        by some tens from one draw of these to the next, so that odds of less tell nothing.
+        The evidence depends on the sequences of states that were drawn, and varies by some tens
+        between draws, so that smaller odds are not significant.
         """
         return sum(odds > -DECIDED for odds in self.log_odds.values()) == 1
 
@@ -112,11 +115,11 @@ class MachineFit(Shown):
     def misfit(self) -> bool:
         """Whether the trains are unlike those of the oscillator found: `p_value` of 0.01 or less.
 
-        Then the machine is of another kind (a second or soft stop, friction), a parameter that is
-        not free is wrong, or a train was given a forcing that is not its own; see the `p_value` of
-        each of the `runs`. Of 37 machines of the fitted kind, where the search ended near the true
-        values, one was marked in this way; of 28 of another kind, with 4 runs of 400 instants each,
-        22 were marked or refused.
+        The machine is then of another kind (a second or soft stop, friction), a parameter that is
+        not free is wrong, or the forcing of a train is wrong; see the `p_value` of each of the
+        `runs`. Of 37 machines of the fitted kind for which the search ended near the true values,
+        one had a misfit; of 28 of another kind, with 4 runs of 400 instants each, 22 had a misfit
+        or an error.
         """
         return self.p_value <= MISFIT
 

@@ -50,14 +50,15 @@ class Band(Shown):
     Attributes
     ----------
     edges : ndarray, shape (bins + 1,)
-        Of the intervals [s]: quantiles of all trains together.
+        Edges of the bins of the intervals [s]: quantiles of all trains together.
     measured : ndarray
-        Share in each bin, shape (bins,), or of pairs that follow each other, shape (bins, bins).
+        Fraction of intervals in each bin, shape (bins,), or of successive pairs, shape (bins,
+        bins).
     low, high : ndarray
-        Between which 95 % of the simulated trains lie, in each bin by itself.
+        Limits that contain 95 % of the simulated trains, in each bin separately.
     p_value : float
-        Share of all trains, the measured one among them, that are as far from the mean of the
-        others as the measured one, or farther, over all bins.
+        Fraction of all trains, including the measured one, whose distance from the mean of the
+        others, over all bins, is at least that of the measured one.
 
     See Also
     --------
@@ -93,16 +94,17 @@ class Prediction(Shown):
     Attributes
     ----------
     interval : Band
-        Of the intervals.
+        Band of the intervals.
     return_map : Band
-        Of pairs of intervals that follow each other.
+        Band of pairs of successive intervals.
     trains : int
-        Simulated trains that were compared.
+        Number of simulated trains that were compared.
     failed : int
-        Others, with too few impacts to compare; the p-values take them for nearer.
+        Number of simulated trains with too few impacts to compare; the p-values count them as
+        nearer.
     unexplained : tuple of str
-        What the oscillator does not explain, in words; empty where the measured train is among
-        the simulated ones.
+        What the oscillator does not explain, in words; empty if the measured train agrees with the
+        simulated ones.
     measured : ndarray
         The measured intervals [s].
 

@@ -34,58 +34,61 @@ class OscillatorFit(Shown):
     Attributes
     ----------
     values : dict of str to float
-        Every parameter: "restitution", "damping" (as a share of the critical), "amplitude" (of the
-        forcing: the deflection in gaps that it would have as a constant force),
+        All parameters: "restitution", "damping" (ratio to critical damping), "amplitude" (of the
+        forcing: the deflection under a constant force of that size, in units of the gap),
         "natural_frequency" [Hz].
     intervals : dict of str to (float, float)
-        95 % intervals of the free ones. (-inf, inf) of all where the impacts do not tell one: the
-        others make up for what is taken for it.
+        95 % intervals of the free ones. (-inf, inf) for all if the impacts do not determine one of
+        them, since errors of one are compensated by the others.
     free : tuple of str
-        Which were free.
+        Names of the free parameters.
     covariance : ndarray, shape (free, free)
-        On the scale of `logarithmic`.
+        Covariance of the free parameters, on the scale of `logarithmic`.
     logarithmic : tuple of bool
-        Of which free parameters the covariance is that of the logarithm.
+        For each free parameter, whether the covariance is that of its logarithm.
     chain : dict of str to float
-        What the measuring chain did: "jitter", standard deviation of the instants [s]; "missed"
-        and "spurious", shares of the impacts; where strengths were used, "strength_noise", their
-        standard deviation as a share of each, and "strength_floor", the strength, by the mean of
-        all, below which it shrinks no further: that of s is the share of ``hypot(s, floor)``.
+        Properties of the instrument: "jitter", standard deviation of the instants [s]; "missed" and
+        "spurious", fractions of the impacts; with strengths also "strength_noise", their relative
+        standard deviation, and "strength_floor", the strength, relative to the mean, below which
+        the noise does not decrease further: the noise of a strength s is proportional to
+        ``hypot(s, floor)``.
     chain_intervals : dict of str to (float, float)
-        95 % intervals of these but of the floor.
+        95 % intervals of these, except for the floor.
     forcing_period : float
-        As given, refined within 0.2 % on the impacts' phases [s].
+        The given period, refined within 0.2 % from the phases of the impacts [s].
     oscillator : Oscillator
-        What to simulate: dimensionless, in units of the gap.
+        The fitted oscillator, dimensionless, in units of the gap.
     strengths : str or None
-        What was used as strength of the impacts.
+        The quantity that was used as strength of the impacts.
     explained : float or None
-        Share of the flights from impact to impact that one orbit of the oscillator follows within
-        the noise; of the others an end was missed or is false. None where strengths were not used.
+        Fraction of the flights from impact to impact that one orbit of the oscillator fits within
+        the noise; at an end of the others, an impact was missed or is false. None without
+        strengths.
     distance : float
         Mean squared distance of the measured moments from the mean of 41 trains, the measured one
-        and 40 simulated at parameters drawn from what the fit leaves open, by the median of what
-        the simulated ones have: about 1 where the oscillator explains the train. Each moment is in
-        units of its scatter among these trains.
+        and 40 that are simulated at parameters drawn from the covariance of the fit, relative to
+        the median of the simulated ones: about 1 if the oscillator explains the train. Each moment
+        is in units of its scatter among these trains.
     p_value : float
-        Share of these trains that are as far from their mean as the measured one, or farther; 1/41
-        at least. A simulated train with too few impacts to compare, or ten times as many as were
+        Fraction of these trains that are at least as far from their mean as the measured one; at
+        least 1/41. A simulated train with too few impacts to compare, or ten times as many as
         measured, counts as nearer.
     word_shares : ndarray, shape (3, words)
-        How often each word of intervals comes: measured; mean and standard deviation of the
-        simulated trains.
+        Frequency of each word of intervals: measured; mean and standard deviation of the simulated
+        trains.
     measured, simulated : Impacts
-        The train that was fitted, and one simulated at the optimum and measured alike.
+        The train that was fitted, and one that was simulated at the optimum and measured in the
+        same way.
     evaluations : int
-        Trains simulated.
+        Number of simulated trains.
     warnings : tuple of str
-        What to know before the numbers are used.
+        Warnings about the result.
     kind : {"rigid", "soft", "two-sided", "echo"}
         The kind of machine that was fitted.
     log_odds : dict of str to float
-        Where strengths were used, logarithm of the likelihood of the nearest orbit of an oscillator
-        with a "rigid" and with a "soft" stop, less that of the likelier one, whichever was fitted;
-        -inf where none was found. Else empty.
+        With strengths, logarithm of the likelihood of the best orbit of an oscillator with a
+        "rigid" and with a "soft" stop, minus that of the more likely one, whichever was fitted;
+        -inf if none was found. Otherwise empty.
 
     See Also
     --------
@@ -137,16 +140,16 @@ class OscillatorFit(Shown):
     def predict(self, trains: int = 200, *, seed: Seed = None) -> Prediction:
         """Compare the measured train with trains drawn from the posterior of the fit.
 
-        Each is simulated at parameters of its own, normally distributed about the optimum with
-        their covariance, and measured by a chain whose jitter, missed and spurious impacts and
-        noise of the strengths are drawn with them.
+        Each train is simulated with parameters from a normal distribution about the optimum with
+        their covariance, and measured by an instrument whose jitter, missed and spurious impacts
+        and noise of the strengths are drawn together with them.
 
         Parameters
         ----------
         trains : int
-            How many, 40 or more.
+            Number of trains, at least 40.
         seed : int, SeedSequence or Generator, optional
-            The same seed gives the same result; a Generator is drawn from and moves on.
+            The same seed gives the same result; a Generator is advanced.
 
         Returns
         -------
@@ -156,8 +159,8 @@ class OscillatorFit(Shown):
         Raises
         ------
         InvalidInput
-            If the impacts do not tell the parameters, so that there is nothing to draw from, or
-            hardly any train has enough impacts to compare.
+            If the impacts do not determine the parameters, or hardly any simulated train has enough
+            impacts to compare.
         """
         count = whole("trains", trains, LEAST_TRAINS)
         if self._posterior is None or not np.isfinite(list(self.intervals.values())).all():
@@ -171,10 +174,10 @@ class OscillatorFit(Shown):
     def misfit(self) -> bool:
         """Whether the train contradicts the fitted oscillator: `p_value` of 0.1 or less.
 
-        Then a second stop, friction or wrong parameters among those that are not free are likelier
-        than chance, and the intervals need not hold the truth. One train in ten of an oscillator
-        that is right has so small a p-value. It is one too where the other kind of stop is likelier
-        by 20 or more in `log_odds`.
+        A second stop, friction or wrong values of fixed parameters are then more likely than
+        chance, and the intervals may not contain the true values. One in ten trains of a correct
+        oscillator has so small a p-value. It is also a misfit if the other kind of stop is more
+        likely by 20 or more in `log_odds`.
         """
         return self.p_value <= MISFIT or self.log_odds.get(self.kind, 0.0) <= -DECIDED
 

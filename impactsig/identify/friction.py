@@ -38,11 +38,12 @@ class FrictionDecay(Shown):
     natural_frequency : Bounded
         Undamped natural frequency [Hz].
     damping_ratio : Bounded
-        Viscous damping as a share of the critical.
+        Viscous damping as a fraction of critical damping.
     friction : Bounded
-        Coulomb friction over the stiffness [unit]: half the range in which the mass can rest.
+        Coulomb friction force divided by the stiffness [unit]: half the range in which the mass can
+        rest.
     centre : Bounded
-        Where the spring is at rest [unit].
+        Rest position of the spring [unit].
     level : float
         Coverage of the intervals.
     decrement : (float, float)
@@ -50,14 +51,14 @@ class FrictionDecay(Shown):
     extremum_time, extremum : ndarray, shape (n,)
         Successive extrema [s, unit].
     start, duration : float
-        The span that was fitted [s].
+        Start and length of the span that was fitted [s].
     noise : float
-        Standard deviation of what the model leaves [unit].
+        Standard deviation of the residuals [unit].
     signal_to_noise : float
-        Power of the swings over the span by that of the noise [dB].
+        Ratio of the power of the oscillation over the span to that of the noise [dB].
     p_value : float
-        Probability, were the model right and the noise white, of what is left being as unevenly
-        spread over the frequencies.
+        Probability that residuals of the true model in white noise are as unevenly distributed over
+        the frequencies.
 
     See Also
     --------
@@ -92,7 +93,7 @@ class FrictionDecay(Shown):
     def misfit(self) -> bool:
         """Whether the record contradicts the model: `p_value` of 0.001 or less.
 
-        The errors do not hold then. Above 100 dB rounding is all that is left.
+        The stated errors are then not valid. Above 100 dB the residuals are rounding errors.
         """
         return self.p_value <= MISFIT and not self.signal_to_noise > CLEAN
 
@@ -112,13 +113,13 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
     """Estimate viscous damping and Coulomb friction together, from a free decay.
 
     ``x'' + 2 zeta omega x' + omega^2 (x - centre + friction sgn x') = 0`` is fitted to the samples
-    by least squares, from what successive extrema give [FeenyLiang1996]_. In white noise that is
-    maximum likelihood; the intervals come from its curvature.
+    by least squares, starting from an estimate by successive extrema [FeenyLiang1996]_. In white
+    noise this is maximum likelihood; the intervals come from its curvature.
 
     Parameters
     ----------
     recording : Recording
-        One channel, a displacement, of a machine that swings freely from the first sample on.
+        One channel, the displacement of a machine that oscillates freely from the first sample on.
     level : float
         Coverage of the intervals, between 0 and 1.
 
@@ -139,9 +140,9 @@ def identify_friction(recording: Recording, *, level: float = 0.95) -> FrictionD
 
     Notes
     -----
-    Where the whole record is not explained, it is fitted up to its last clear extremum, and no
-    further than to the first that is within twice the friction of the centre: where the static
-    friction is greater than the kinetic one, the mass rests sooner than the model does.
+    If the model does not explain the whole record, only its beginning is fitted: up to its last
+    clear extremum, and at most up to the first one within twice the friction from the centre. If
+    static friction exceeds kinetic friction, the mass comes to rest earlier than in the model.
 
     See Also
     --------

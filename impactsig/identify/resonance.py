@@ -42,33 +42,35 @@ class Resonance(Shown):
     natural_frequency, natural_frequency_error : float
         Undamped natural frequency and its standard error [Hz].
     damping_ratio, damping_ratio_error : float
-        Damping as a share of the critical, and its standard error.
+        Damping as a fraction of critical damping, and its standard error.
     peak : Estimate
         Frequency of the greatest power density [Hz], interpolated.
     half_power : Estimate
-        Damping ratio by the width at half the greatest power, ``(f2 - f1) / (2 f0)`` [Rao2017]_.
+        Damping ratio from the width at half the maximum power, ``(f2 - f1) / (2 f0)`` [Rao2017]_.
     log_decrement : Estimate or None
         Damping ratio by the logarithmic decrement delta of the swings, ``delta / sqrt(4 pi^2 +
         delta^2)``; of a decay only.
     kind : {"decay", "noise"}
         What was recorded.
     signal_to_noise : float
-        Power of the resonance by that of the instrument's noise, over the span and up to half the
-        rate [dB]; nan where the band does not tell the latter from the flanks of the peak.
+        Ratio of the power of the resonance to that of the instrument noise, over the span and up to
+        half the rate [dB]; nan if the latter cannot be distinguished from the flanks of the peak in
+        the band.
     start, duration : float
-        The span that was used [s].
+        Start and length of the span that was used [s].
     frequency, density : ndarray, shape (n,)
         The band [Hz] and the power spectral density in it [unit^2/Hz].
     model : ndarray, shape (n,)
         The density that was fitted.
     envelope_time, envelope : ndarray, shape (k,)
-        Size of the part of the signal in the band [unit], once or twice a swing.
+        Amplitude of the part of the signal in the band [unit], once or twice per cycle.
     unit, source : str
         Of the recording.
     p_value : float
-        Probability, were there one mode and white noise, of what the model leaves of the band being
-        as unevenly spread over it (Bartlett's test of the cumulative periodogram); of a decay also
-        of its envelope being as far from an exponential (Fisher's test), the lesser of both, twice.
+        Probability that, for one mode in white noise, the residuals are as unevenly distributed
+        over the band (Bartlett's test of the cumulative periodogram). For a decay, twice the
+        smaller of this and of the probability that the envelope deviates as much from an
+        exponential (Fisher's test).
 
     See Also
     --------
@@ -77,9 +79,9 @@ class Resonance(Shown):
     Notes
     -----
     `natural_frequency` and `damping_ratio` are maximum-likelihood estimates with the errors that
-    the curvature of the likelihood gives; `peak`, `half_power` and `log_decrement` are what
-    textbooks read from the same band, with errors from records made with the fitted values. A
-    reading that the band does not allow is nan.
+    the curvature of the likelihood gives; `peak`, `half_power` and `log_decrement` are textbook
+    estimates from the same band, with errors from records that are simulated with the fitted
+    values. An estimate that is not possible in the band is nan.
 
     Examples
     --------
@@ -117,8 +119,8 @@ class Resonance(Shown):
     def misfit(self) -> bool:
         """Whether the band contradicts one mode in white noise: `p_value` of 0.001 or less.
 
-        A second mode, damping that is not viscous, or a frequency that depends on the amplitude are
-        likelier then, and the errors do not hold. Above 100 dB rounding is all that is left.
+        A second mode, non-viscous damping, or an amplitude-dependent frequency are then more
+        likely, and the stated errors are not valid. Above 100 dB the residuals are rounding errors.
         """
         return self.p_value <= MISFIT and not self.signal_to_noise > CLEAN
 
@@ -148,27 +150,27 @@ def identify_resonance(
 ) -> Resonance:
     """Estimate natural frequency and damping ratio of one mode.
 
-    A free decay, as after a tap, tells far more than a record of the same length under noise: the
-    latter's relative errors are no less than ``sqrt(zeta / (omega T))`` in frequency and
-    ``1 / sqrt(zeta omega T)`` in damping, however little noise the instrument has, because chance
-    drives what is measured.
+    A free decay, as after a tap, is far more informative than a record of the same length under
+    random excitation. Under random excitation the relative errors are at least
+    ``sqrt(zeta / (omega T))`` in frequency and ``1 / sqrt(zeta omega T)`` in damping, even with a
+    noise-free instrument.
 
     Parameters
     ----------
     recording : Recording
-        One channel. A decay that begins after the record does is taken from one swing after its
-        greatest.
+        One channel. A decay that begins later than the record is used from one cycle after its
+        maximum.
     kind : {"decay", "noise"}
-        Whether the machine was left to itself, or kept moving by something like white noise.
+        Whether the record is a free decay, or a response to approximately white noise.
     band : (float, float), optional
         Lowest and highest frequency [Hz] to fit. By default from a third to twice that of the
-        greatest peak; give it where another mode, or hum, is stronger or near.
+        highest peak; specify it if another mode, or hum, is stronger or near.
     quantity : {"displacement", "velocity", "acceleration"}
-        What was recorded, under noise: the flanks of the peak depend on it. Strain and the force
-        of a load cell are displacements.
+        The recorded quantity, which determines the flanks of the peak under noise. Strain and the
+        force of a load cell count as displacement.
     seed : int, SeedSequence or Generator, optional
-        Of the records from which the errors of the textbook estimates are taken. The same seed
-        gives the same result; a Generator is drawn from and moves on.
+        Seed of the simulated records from which the errors of the textbook estimates are computed.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------

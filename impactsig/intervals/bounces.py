@@ -38,7 +38,7 @@ class Bounces(Shown):
     Attributes
     ----------
     restitution : float
-        Speed after an impact by that before it.
+        Ratio of the speeds after and before an impact.
     error : float
         Its standard error.
     interval : tuple of float
@@ -46,16 +46,18 @@ class Bounces(Shown):
     flights : ndarray, shape (k,)
         Times of free flight, without the contacts [s].
     ratios, ratio_errors : ndarray, shape (k - 1,)
-        Of each flight to the one before, and their standard errors: the coefficient of each impact.
+        Ratio of each flight to the one before, the coefficient of each impact, and its standard
+        error.
     contact_time : float
-        The contact time taken off each interval, on average [s].
+        Mean contact time subtracted from the intervals [s].
     contact : {"measured", "given", "fitted"}
-        Where that is from.
+        Source of the contact time.
     first : int
-        The impact before the first flight.
+        Index of the impact before the first flight.
     misfit : float
-        Sum of the squared residuals over what the errors of the instants let expect; NaN where
-        nothing is left to judge by. Above 1 the errors have been raised by its square root.
+        Ratio of the sum of squared residuals to that expected from the errors of the instants; NaN
+        without degrees of freedom. Above 1, the stated errors have been multiplied by its square
+        root.
 
     See Also
     --------
@@ -93,10 +95,10 @@ class Bounces(Shown):
 def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = None) -> Bounces:
     """Estimate the restitution coefficient of a body that is dropped and bounces.
 
-    A body that leaves the ground with speed v is back after 2 v / g, so with a restitution
-    coefficient r each flight lasts r times as long as the one before, whatever the height and g.
-    The flights are the intervals between impacts less the contact times. r and the first flight are
-    fitted to all of them by generalised least squares.
+    A body that leaves the ground with speed v returns after 2 v / g. With a restitution coefficient
+    r each flight is therefore r times as long as the one before, for any height and g. Flights are
+    the intervals between impacts minus the contact times. r and the first flight are fitted to all
+    flights by generalised least squares.
 
     Parameters
     ----------
@@ -105,8 +107,8 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
         shorter than the one before by about the same factor. A flight may skip one or two impacts
         that are not bounces, if this makes the chain longer.
     contact_time : float, optional
-        Of every impact [s]. By default as measured; where it was not, as of sound, one that all
-        impacts share is fitted too, for which five bounces are needed.
+        Contact time of all impacts [s]. By default the measured ones are used; if there are none,
+        as in sound, a common contact time is fitted as well, which requires five bounces.
 
     Returns
     -------
@@ -115,21 +117,22 @@ def restitution_from_bounces(impacts: Impacts, *, contact_time: float | None = N
     Raises
     ------
     InvalidInput
-        If there are too few bounces, or nothing to read an error from.
+        If there are too few bounces, or no error can be estimated.
 
     Notes
     -----
-    Contact times that are measured with errors or fitted go by a power of the speed, c r^(p k) at
-    bounce k: p is 0 for a linear spring and -1/5 for Hertz's contact, and all powers from one to
-    the other count as far as they agree with the bounces. The interval holds the coefficients of
-    all that do.
+    Measured contact times with errors, and fitted ones, are assumed to follow a power of the speed,
+    c r^(p k) at bounce k. p is 0 for a linear spring and -1/5 for Hertz contact; all powers in
+    between are considered to the extent that they agree with the bounces, and the interval contains
+    the coefficients for all of these.
 
-    Errors are those of the instants, `Impacts.time_error`, and of measured contact times, which
-    detection measures with one shape, so that they share an error. A contact that is measured too
-    long begins too early by half of that: `time_error` is taken to have that half, and the middle
-    of the contact what is left. Errors are raised where the bounces scatter by more; where instants
-    have none they are those of the scatter. Then the interval is by Student's distribution. The
-    drag of the air shortens high flights and is not part of the model.
+    Errors derive from those of the instants, `Impacts.time_error`, and of measured contact times,
+    which share an error because they are measured with one shape. If a contact is measured too
+    long, its beginning is too early by half of that; this half is assumed to be part of
+    `time_error`, and the middle of the contact has the remaining error. If the scatter of the
+    bounces is larger, errors are increased accordingly; if the instants have no errors, they are
+    estimated from the scatter. The interval is then based on Student's distribution. Air drag,
+    which shortens high flights, is not part of the model.
 
     See Also
     --------

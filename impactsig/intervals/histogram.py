@@ -29,7 +29,7 @@ class IntervalHistogram(Shown):
     edges : ndarray, shape (bins + 1,)
         Edges of the bins [s].
     count : ndarray of int, shape (bins,)
-        Intervals in each bin.
+        Number of intervals in each bin.
     rule : str
         How the bins were chosen.
 
@@ -59,16 +59,15 @@ def interval_histogram(
 ) -> IntervalHistogram:
     """Histogram of interspike intervals, normalised to a density p(I).
 
-    Without `bins` the width h is the one that makes the histogram the best estimate of the density
-    by leave-one-out least squares [Rudemo1982]_: of at most 4096 equal bins with counts
-    c, the least of
+    Without `bins` the width h is chosen by least-squares cross-validation [Rudemo1982]_: with at
+    most 4096 equal bins with counts c, it minimises
 
         J(h) = 2 / ((n - 1) h) - (n + 1) / ((n - 1) h n^2) sum(c^2).
 
-    Unlike rules made for one hump (Scott, Freedman-Diaconis) it resolves the narrow, widely spaced
-    clusters of a periodic train and stays broad on a chaotic one. Where the intervals are rounded
-    (many are tied) bins are whole steps wide; where all are equal there is one bin of 1 % of their
-    length about them.
+    Unlike rules for unimodal densities (Scott, Freedman-Diaconis) it resolves the narrow, widely
+    spaced clusters of a periodic train and stays broad for a chaotic one. If the intervals are
+    rounded (many are tied), the width is a multiple of the rounding step; if all are equal, there
+    is one bin with a width of 1 % of their length.
 
     Parameters
     ----------

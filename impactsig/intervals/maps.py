@@ -10,15 +10,15 @@ from .pairs import Intervals, interval_pairs
 def return_map(intervals: Intervals, lag: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Return map of intervals: the points (I_k, I_{k+lag}) [Karpodinis]_.
 
-    A periodic train gives as many points as there are different pairs in its period; one spurious
-    or missed spike adds a few points off them; chaos gives a curve or a cloud.
+    For a periodic train there are as many points as different pairs in its period, and each
+    spurious or missed spike adds a few other points. For chaos the points form a curve or a cloud.
 
     Parameters
     ----------
     intervals : array_like, shape (n,), or Impacts
         Interspike intervals [s]. Of `Impacts`, pairs that reach across a gap are left out.
     lag : int
-        How many intervals later.
+        Number of intervals between the two.
 
     Returns
     -------

@@ -62,47 +62,47 @@ def identify_period(
     period, within 2.6 %, then by the phase of the impacts. Impacts that often come a fixed delay
     after others (echoes) are recognised as satellites.
 
-    *Slots.* For n = 1, 2, ... the train is folded with n periods, and the impacts are explained as
-    hits of m slots of the fold, normally distributed about them, each slot missing some of its hits
-    and others being spurious. The phase is a random walk of the speed, fitted in turn with the
-    slots; the evidence decides n and whether there is drift. It is a period only if 72 % of the
-    impacts due came, 72 % of those that came were due, they scatter by less than 7.5 % of the
-    forcing period, and what was not due came at no phase of its own. Of the impacts due, 30 % are
-    enough where the others are left out at random: independently of whether those before came, and
-    of when the one before came. Chaos skips periods by a pattern.
+    *Slots.* For n = 1, 2, ... the train is folded with n periods and modelled by m slots (phases),
+    with impacts normally distributed about them, missed and spurious impacts. The phase follows a
+    random walk of the speed, which is fitted alternately with the slots; the evidence decides n and
+    whether there is drift. A period is accepted only if 72 % of the expected impacts occurred, 72 %
+    of the impacts were expected, they scatter by less than 7.5 % of the forcing period, and
+    unexpected impacts have no common phase. 30 % of the expected impacts suffice if the others are
+    missing at random, that is independently of whether and when the previous ones occurred; a
+    chaotic motion skips periods in a pattern.
 
-    *Residuals.* A line in their spectrum is a second frequency (quasi-periodic); a nonlinear map
-    from one to the next is chaos in narrow bands. Jitter hides bands below `banded_below`, about
-    its own size: then the odds of "periodic" against "banded" are near 1.
+    *Residuals.* A line in their spectrum indicates a second frequency (quasi-periodic); a nonlinear
+    map from one to the next indicates chaos in narrow bands. Bands below `banded_below`, about the
+    size of the jitter, are hidden by it: the odds of "periodic" against "banded" are then near 1.
 
-    *No slots.* A train whose impacts keep to phases of the forcing, or whose intervals predict the
-    next better than shuffled ones do, is chaotic; else it is irregular.
+    *No slots.* A train whose impacts are locked to phases of the forcing, or whose intervals
+    predict the next better than shuffled ones, is chaotic; otherwise it is irregular.
 
     Parameters
     ----------
     impacts : Impacts
-        Eight or more; impacts due in gaps of the run are not missed.
+        At least eight impacts; impacts expected in gaps of the run do not count as missed.
     forcing_period : float, optional
         Mean period of the forcing [s], accurate to 2.6 % minus half of its drift. Without it n is
-        unknown, since any number of forcing periods may pass in a repeat: then the shortest time
-        after which m impacts recur, `repeat_period`, is sought (m up to 8, jitter below 7.5 % of
-        the mean interval), and `periods` is None.
+        unknown; the shortest time after which m impacts recur, `repeat_period`, is determined
+        instead (m up to 8, jitter below 7.5 % of the mean interval), and `periods` is None.
     forcing : Recording or array_like, optional
-        A channel of the forcing or of a tacho that rises once in each forcing period, or the
-        instants when it does [s], on the clock of the impacts. Then the speed is known, and a slow
-        tone of the impacts is not mistaken for drift.
+        A channel of the forcing or of a tacho with one rising edge per forcing period, or the
+        instants of these edges [s], in the clock of the impacts. The speed is then known, and a
+        slow modulation of the impacts is not mistaken for drift.
     max_periods : int
         Greatest n tried. Longer repeats of up to 8 impacts are found as well.
     resolution : float
-        Share of the forcing period (without one, of the mean interval); instants that differ by
-        less are taken to be the same. Keeps a hum on the signal from passing for a doubled period.
+        Fraction of the forcing period (or of the mean interval, without a forcing period); instants
+        that differ by less count as equal. This prevents hum in the signal from being identified as
+        a doubled period.
 
     Raises
     ------
     InvalidInput
         If `forcing_period`, `max_periods` or `resolution` is not positive, the forcing period is
-        too short for the times to resolve it, `forcing` does not cover the run or contradicts the
-        forcing period, or the gaps of the run leave nothing of it.
+        too short to be resolved by the times, `forcing` does not cover the run or contradicts the
+        forcing period, or the run consists of gaps only.
 
     See Also
     --------
@@ -110,8 +110,8 @@ def identify_period(
 
     Notes
     -----
-    Too few impacts, and a run shorter than four forcing periods, give an answer that says so, not
-    an error. Tones below 0.042 per forcing period pass for drift where no `forcing` is given.
+    Too few impacts, or a run shorter than four forcing periods, are not an error: `kind` says so.
+    Without `forcing`, modulations below 0.042 per forcing period are identified as drift.
 
     Examples
     --------

@@ -66,12 +66,12 @@ class SpeedDrift(Shown):
     time : ndarray, shape (k,)
         [s].
     speed : ndarray, shape (k,)
-        Relative to its mean over the run, less 1.
+        Speed relative to its mean over the run, minus 1.
     log_odds : float
-        Logarithm of the odds that the speed changes, against a steady one.
+        Logarithm of the odds of a changing against a constant speed.
     tone : float or None
-        Where the change is a single slow tone, its frequency per forcing period. Without a forcing
-        channel it cannot be distinguished from a modulation of the impacts.
+        If the change is a single slow modulation, its frequency per forcing period. Without a
+        forcing channel it cannot be distinguished from a modulation of the impacts.
 
     See Also
     --------
@@ -108,14 +108,14 @@ class Periodicity(Shown):
     kind : str
         The motion: "periodic"; "drifting" (periodic, while the speed of the forcing changes);
         "quasi-periodic" (a second frequency modulates the phase); "banded" (chaos in narrow bands
-        about the phases of a period); "chaotic" (no period, but impacts that keep to phases of the
-        forcing, or intervals that predict the next); "irregular" (neither); "unlocked" (periodic,
-        but not in multiples of the forcing period given); "too few impacts"; "too short a run" (of
-        less than four forcing periods).
+        about the phases of a period); "chaotic" (no period, but impacts that are locked to phases
+        of the forcing, or intervals that predict the next); "irregular" (neither); "unlocked"
+        (periodic, but not in multiples of the forcing period given); "too few impacts"; "too short
+        a run" (of less than four forcing periods).
     probability : mapping of str to float
-        Of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and "irregular"; all 0
-        where the data do not decide. Bands too narrow to be seen under the jitter count in
-        "banded", so a periodic motion with jitter has odds near 1 against it.
+        Probabilities of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and
+        "irregular"; all 0 if the data do not decide. "banded" includes bands that are hidden by the
+        jitter, so that a periodic motion with jitter has odds near 1 against it.
     confidence : float
         Probability of the answer that `describe` gives in words.
     impacts, periods : int or None
@@ -123,30 +123,33 @@ class Periodicity(Shown):
         quasi-periodic or banded motion stays near. `periods` is None where the forcing period is
         not known or the repeat period is no multiple of it; both are None where there is no period.
     count : int
-        Impacts looked at.
+        Number of impacts analysed.
     forcing_period : float or None
-        The forcing period [s]: as given, or where the motion is locked to it, in the clock of the
-        recording, its mean over the run.
+        The forcing period [s]: as given, or, if the motion is locked to it, its mean over the run
+        in the clock of the recording.
     repeat_period : float or None
         The time after which the motion recurs [s].
     phases : ndarray, shape (m,)
-        When in the repeat period the impacts come, as shares of it, the first at 0.
+        Phases of the impacts as fractions of the repeat period, the first at 0.
     jitter : float or None
         Standard deviation of the impacts about their phases [s].
     missed, spurious : float or None
-        Share of the impacts due that did not come; share of the impacts that were not due.
+        Fraction of the expected impacts that are missing; fraction of the impacts that were not
+        expected.
     satellites, satellite_delay : float or None
-        Share of the impacts that a second one follows, as an echo does, and after which time [s].
+        Fraction of the impacts that are followed by a second one at a fixed delay, as by an echo,
+        and this delay [s].
     drift : SpeedDrift or None
-        The speed through the run, where there is a period and no forcing channel was given.
+        The forcing speed through the run, if there is a period and no forcing channel was given.
     tone, tone_rms : float or None
         Frequency [1/forcing period] and size [s] of the modulation of a quasi-periodic motion.
     banded_below : float or None
-        Bands of chaos up to this rms [s] may be hidden by the jitter.
+        RMS width [s] up to which bands of chaos may be hidden by the jitter.
     longest_silence : float
         The longest interval [s].
     intermittent : bool
-        Whether silence takes a tenth of the time, in intervals four times longer than nine in ten.
+        Whether at least a tenth of the time consists of intervals that are four times longer than
+        nine in ten of the others.
     candidates : tuple of Candidate
         The periods that were tried.
 

@@ -28,9 +28,10 @@ class Split(Shown):
     Attributes
     ----------
     after : int
-        Index of the impact before it in the train as given; of intervals, that of the one split.
+        Index of the impact before it in the given train; for intervals, index of the one that was
+        split.
     offset : float
-        From that impact to the one put in [s].
+        Time from that impact to the inserted one [s].
     why : str
         The evidence.
 
@@ -58,7 +59,7 @@ class Join(Shown):
     Attributes
     ----------
     impact : int
-        Its index in the train as given; of intervals, the later of the two that were joined.
+        Its index in the given train; for intervals, index of the later of the two that were joined.
     why : str
         The evidence.
 
@@ -85,16 +86,16 @@ class Repair(Shown):
     Attributes
     ----------
     intervals : ndarray, shape (n,)
-        Interspike intervals [s]; those that were not changed are the same to the last bit.
+        Interspike intervals [s]; unchanged ones are identical to the last bit.
     impacts : Impacts or None
-        The train, where one was given. Impacts put in have the flag `INFERRED`, and the mean of
-        what was measured of their neighbours.
+        The repaired train, if one was given. Inserted impacts have the flag `INFERRED`, and the
+        means of the quantities of their neighbours.
     splits : tuple of Split
-        Impacts put in, in the order of time.
+        Inserted impacts, in order of time.
     joins : tuple of Join
-        Impacts taken out, in the order of time.
+        Removed impacts, in order of time.
     period : Periodicity
-        What `identify_period` says of the train as given.
+        Result of `identify_period` for the given train.
 
     See Also
     --------
@@ -128,26 +129,26 @@ class Repair(Shown):
 def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     """Split intervals at missed impacts and join them at spurious ones, if the evidence is clear.
 
-    *A periodic train* (by `identify_period`, with a confidence of 95 %): m impacts are due at
-    known phases. An impact near none of them is taken out. Where none came, one is put in, at most
-    three in a row: more is silence. An impact near the instant due, but beyond four standard
-    deviations of the others, may be either a late or a false one, and is left alone.
+    *A periodic train* (by `identify_period`, with a confidence of 95 %): m impacts are expected at
+    known phases. An impact far from all of them is removed. A missing one is inserted, at most
+    three in a row; more count as silence. An impact near an expected instant, but more than four
+    standard deviations of the others away, may be late or false and is not changed.
 
-    *Any other train*: the orbit is deterministic, so what happens around an impact must happen
-    similarly around others. For every three successive impacts the phase of the first in the
-    forcing and the two intervals, all in forcing periods, are compared with those of the rest of
-    the train. A change is made where the sequences as they are have next to no like, those that
-    the change makes have many, and no other change there does as well. Where an impact barely
-    comes or not (grazing), both have their like and nothing is changed; so in chaos many false and
-    missed impacts stay. Where impacts come less often than once in a hundred forcing periods,
-    nothing is changed, since phases then say nothing of the intervals.
+    *Any other train*: for a deterministic orbit, similar sequences of impacts recur. For every
+    three successive impacts, the phase of the first in the forcing and the two intervals, all in
+    forcing periods, are compared with those of the rest of the train. A change is made if the
+    sequences without it have next to no similar ones, those with it have many, and no other change
+    is as good. If an impact barely occurs or not (grazing), both have similar sequences and nothing
+    is changed; in chaos many false and missed impacts therefore remain. If impacts are less
+    frequent than one in a hundred forcing periods, nothing is changed, since phases then do not
+    determine the intervals.
 
     Parameters
     ----------
     intervals : Impacts or array_like, shape (n,)
         The train, or its interspike intervals [s]. Nothing is changed at a gap of the run.
     forcing_period : float
-        [s], right to 0.1 %.
+        Period of the forcing [s], accurate to 0.1 %.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class PeriodTrack(Shown):
     time : ndarray, shape (k,)
         Middles of the windows [s].
     windows : tuple of Periodicity
-        What `identify_period` says of the impacts of each.
+        Result of `identify_period` for each window.
     probability : ndarray, shape (k, 6)
         Of "periodic", "drifting", "quasi-periodic", "banded", "chaotic" and "irregular", in this
         order (`kinds`), in each window.
@@ -120,7 +120,7 @@ def track_period(
     forcing_period, forcing, max_periods, resolution
         As for `identify_period`; one of the first two is needed.
     window : int
-        Impacts in a window. A motion that lasts for less is not seen.
+        Number of impacts in a window. A motion that lasts for fewer impacts is not detected.
 
     Raises
     ------

@@ -82,7 +82,7 @@ class FileInfo:
 def info(
     path: str | PathLike[str], *, raw: RawLayout | None = None, limits: Limits = DEFAULT_LIMITS
 ) -> FileInfo:
-    """List format and channels of a file; only text, LVM and arrays of times are read for it.
+    """List format and channels of a file, without reading samples (except in text and LVM files).
 
     Parameters
     ----------

@@ -14,16 +14,17 @@ HARMLESS = 64 << 20
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on the memory that a compressed file, or one that announces its size, may take.
+    """Limits on the memory that reading a file may take.
 
-    Files whose samples stand in them as they are need no limit, nor do blocks that keep below it.
+    They apply to compressed files, and to files that state their own size. Uncompressed samples,
+    and blocks below the limit, are not limited.
 
     Parameters
     ----------
     size : int, optional
         Bytes in memory.
     expansion : float, optional
-        Bytes in memory for each byte of the file. What grows to less than 64 MiB passes.
+        Bytes in memory per byte of the file. Less than 64 MiB is always allowed.
 
     Raises
     ------
@@ -48,16 +49,17 @@ class Limits:
             number(f"limits.{name}", value, "a positive number", above=0)
 
     def check(self, path: Path, size: int, *, at_once: bool = False) -> None:
-        """Refuse a file that would need `size` bytes.
+        """Raise an error if a file would need more memory than allowed.
 
         Parameters
         ----------
         path : pathlib.Path
             The file.
         size : int
-            Bytes that are about to be taken.
+            Bytes that will be allocated.
         at_once : bool, optional
-            It is packed as a whole, so that to read less of it would help nothing.
+            Whether the file is compressed as a whole, so that reading a part of it takes as much
+            memory.
 
         Raises
         ------

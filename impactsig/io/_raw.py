@@ -22,16 +22,16 @@ class RawLayout:
     dtype : str
         Type of one number, as NumPy names it: "int16", "uint8", "float32", ...
     channels : int, optional
-        Channels; their samples stand side by side.
+        Number of channels, whose samples are interleaved.
     byte_order : {"little", "big"}, optional
-        Which byte of a number comes first: the least significant, or the most.
+        Byte order: least or most significant byte first.
     skip : int, optional
         Bytes before the first number.
 
     Raises
     ------
     InvalidInput
-        If the type is none of real numbers, or a count is negative or none.
+        If the type is not one of real numbers, or a count is invalid.
 
     See Also
     --------

@@ -30,10 +30,10 @@ def read_many(
     files : iterable of path-like
         The recordings.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it. As
-        many recordings are held ahead.
+        Number of threads, by default the number of cores. The result does not depend on it. As many
+        recordings are read ahead.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
     **options
         As for `read`, the same for all files.
 
@@ -41,8 +41,7 @@ def read_many(
     ------
     path : Path
     recording : Recording or ImpactsigError
-        In the order of the files. For one that cannot be read, the error that says why; the
-        others come all the same.
+        The recording, in the order of the files, or the error if the file cannot be read.
 
     Raises
     ------

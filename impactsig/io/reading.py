@@ -137,31 +137,31 @@ def read(
     path : path-like
         The file.
     channel : str or int, optional
-        One channel, by name or index (see `info`). By default all channels that were taken side
-        by side at one rate and with one length; where the file has several such sets, the one
-        with the most samples (the first, if two have as many), and a warning names the others.
+        One channel, by name or index (see `info`). By default all channels with the same rate and
+        length; if the file has several such sets, the one with the most samples (the first, if two
+        have as many), and a warning names the others.
     start, stop : float, optional
         Read the samples with start <= time < stop [s], where time is that of the file's own time
-        column, if it has one. Only that part is read, except from text, LVM and what is packed
-        as a whole (npz, MATLAB 5).
+        column, if it has one. Only that part is read, except from text, LVM and files that are
+        compressed as a whole (npz, MATLAB 5).
     scale, offset : float, optional
         Calibration: ``scale * samples + offset``. Samples of audio files run from -1 to 1.
     unit : str, optional
-        Unit of the result; by default what the file says.
+        Unit of the result; by default that of the file.
     rate : float, optional
         Samples per second [Hz]; takes precedence over the rate in the file, with a warning where
         the two differ by more than 0.01 %.
     sensor : {"force", "sound"}, optional
-        How impacts are looked for later. By default an audio file at a usual audio rate (8, 11.025,
-        12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless `unit` is
-        given, and everything else is "force".
+        Kind of sensor, used by detection. By default an audio file at a common audio rate (8,
+        11.025, 12, 16, 22.05, 24, 32, 44.1, 48, 88.2, 96, 176.4 or 192 kHz) is "sound" unless
+        `unit` is given, and everything else is "force".
     resample : float, optional
-        Rate [Hz] to which samples taken at uneven times, as by a phone, are interpolated; a warning
-        says how uneven they are. Refused where the times are even.
+        Rate [Hz] to which unevenly spaced samples, as recorded by a phone, are interpolated; a
+        warning states how uneven they are. An error if the samples are evenly spaced.
     raw : RawLayout, optional
-        Take the file for numbers without a header, laid out like this; needs `rate`.
+        Layout of a file without a header; requires `rate`.
     limits : Limits, optional
-        What a packed file may grow to in memory: 2 GiB, and 200 times its size, unless raised.
+        Limits on the memory for a compressed file; by default 2 GiB and 200 times its size.
 
     Returns
     -------
@@ -226,7 +226,8 @@ def read_blocks(
     Memory is bounded by a block for audio, TDMS, HDF5, MATLAB, binary UFF, tradb, npy and raw files
     of any size, by a block and the column of times for MDF, by a group of rows for Parquet and
     Feather, and by 16 MB of text and the column of times for text tables. LVM files with a header,
-    UFF written as text, npz, IDE and packed MATLAB 5 files are read whole, once, and then cut.
+    UFF written as text, npz, IDE and compressed MATLAB 5 files are read as a whole, once, and then
+    divided.
 
     Parameters
     ----------
@@ -240,12 +241,12 @@ def read_blocks(
     Returns
     -------
     Blocks
-        Can be iterated over any number of times.
+        The blocks, which can be iterated over any number of times.
 
     Raises
     ------
     UnreadableFile, InvalidInput, MissingExtra
-        As `read` does; what only shows in the samples is raised while iterating.
+        As `read` does; errors in the samples are raised while iterating.
 
     See Also
     --------

@@ -26,7 +26,7 @@ Scene = TypeVar("Scene", bound=Callable[..., Any])
 class OscillatorBatch(Sequence[Oscillator]):
     """Oscillators that a scene makes of arrays; `simulate` moves all of them in one compiled call.
 
-    Its items are the oscillators, made when asked for, in the order of the flattened arrays.
+    Its items are the oscillators, created on access, in the order of the flattened arrays.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class OscillatorBatch(Sequence[Oscillator]):
     parameters : mapping of str to ndarray
         The arrays by the names of the scene's parameters, each of that shape.
     columns : Oscillator
-        The structure, whose numbers are arrays of one number for each oscillator.
+        The structure, with an array of one value per oscillator for each number.
 
     See Also
     --------

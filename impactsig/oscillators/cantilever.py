@@ -31,9 +31,9 @@ class Cantilever:
         psi_n(x) = phi_n(x) / phi_n(L),    phi_n = cosh y - cos y - sigma_n (sinh y - sin y),
 
     with y = beta_n x, ``cos(beta_n L) cosh(beta_n L) = -1`` and the angular frequencies
-    ``beta_n^2 sqrt(E I / (rho A))``. They are 1 at the tip, so that a modal coordinate is what its
-    mode adds to the deflection of the tip; then every mode has the same modal mass, a quarter of
-    the beam's.
+    ``beta_n^2 sqrt(E I / (rho A))``. They are 1 at the tip, so that a modal coordinate is the
+    contribution of its mode to the deflection of the tip, and every mode has the same modal mass, a
+    quarter of that of the beam.
 
     Parameters
     ----------
@@ -48,23 +48,23 @@ class Cantilever:
     density : float
         Density [kg/m^3].
     stop : Stop, optional
-        What stands at the tip: rigid with a number as restitution coefficient, or a Kelvin-Voigt
-        stop whose contact ends at the gap.
+        Stop at the tip: rigid, with a number as restitution coefficient, or a Kelvin-Voigt stop
+        whose contact ends at the gap.
     forcing : Force or BaseMotion, optional
         A force at the tip [N], or a motion of the clamp [m], which with ``stops=True`` carries the
         stop.
     damping_ratio : float or sequence of float
-        Damping of all modes, or of each, as a share of the critical. The default is our choice, as
-        for `scenes.karpodinis`.
+        Damping of all modes, or of each, as a fraction of critical damping. The default is our
+        choice, as for `scenes.karpodinis`.
     modes : int
-        How many modes, from the first, a simulation follows; with 1 it is `scenes.cantilever`.
+        Number of modes in a simulation, from the first; with 1 it is equivalent to
+        `scenes.cantilever`.
 
     Raises
     ------
     InvalidInput
-        If a value is not positive, a part is not supported for a beam, or the beam is
-        thicker than a fifth of its length: shear and rotary inertia, which are left out, would
-        matter.
+        If a value is not positive, a part is not supported for a beam, or the beam is thicker than
+        a fifth of its length, where shear and rotary inertia, which are neglected, are relevant.
 
     See Also
     --------
@@ -126,7 +126,7 @@ class Cantilever:
 
     @property
     def damping_ratios(self) -> tuple[float, ...]:
-        """Damping of each mode that is followed, as a share of the critical."""
+        """Damping of each mode that is followed, as a fraction of critical damping."""
         given = self.damping_ratio
         return (given,) * self.modes if isinstance(given, float) else tuple(given)
 
@@ -193,12 +193,12 @@ class Cantilever:
         Returns
         -------
         ndarray, shape of `x`
-            Accurate to rounding for any mode: nothing grows as cosh does.
+            The shape, accurate to rounding for any mode.
 
         Raises
         ------
         InvalidInput
-            If there is no such mode, or a place is not on the beam.
+            If there is no such mode, or a position is not on the beam.
         """
         from ._cantilever_modes import roots, shape
 
@@ -212,8 +212,8 @@ class Cantilever:
     def tuned(self, frequency: float) -> Cantilever:
         """The beam with Young's modulus adjusted to a measured first natural frequency.
 
-        A clamp that gives way, or a sensor's mass, lowers a frequency; this attributes it to the
-        modulus, and so lowers all modes alike.
+        A compliant clamp, or the mass of a sensor, lowers the frequencies; this attributes the
+        change to the modulus, which changes all modes by the same factor.
 
         Parameters
         ----------

@@ -32,23 +32,23 @@ def stop_restitution(
     damping : float
         Its damping [N s/m].
     mass : float
-        Mass that meets it [kg], positive.
+        Impacting mass [kg], positive.
     formula : {"gap", "force", "work"}
-        Where the contact ends: at zero depth, where the damper may pull (`KelvinVoigt` with
-        ``ends="gap"``), or at zero force (``ends="force"``); both exact. "work" takes the damper's
-        work along the path without loss.
+        End of the contact: "gap", at zero depth, where the damper may pull (`KelvinVoigt` with
+        ``ends="gap"``), or "force", at zero force (``ends="force"``); both are exact. "work" is an
+        approximation by the work of the damper along the undamped motion.
 
     Returns
     -------
     float
-        Restitution coefficient. Zero with "gap" from critical damping on: the mass creeps back
-        and its depth never is zero again.
+        Restitution coefficient. With "gap" it is zero from critical damping on, since the mass
+        creeps back and its depth does not become zero again.
 
     Raises
     ------
     InvalidInput
-        If a number is out of range; with "work" also if the damping is more than
-        ``sqrt(stiffness mass) / pi``, where that work is more than all energy.
+        If a number is out of range; with "work" also if the damping exceeds
+        ``sqrt(stiffness mass) / pi``, where this work exceeds the energy.
 
     See Also
     --------
@@ -88,8 +88,8 @@ def stop_damping(
     Parameters
     ----------
     restitution : float
-        Restitution coefficient, above 0 (that would take infinite damping; with "work" 0 is
-        possible) and at most 1.
+        Restitution coefficient, above 0 (which would require infinite damping; with "work" 0 is
+        allowed) and at most 1.
     stiffness, mass, formula
         As for `stop_restitution`, whose inverse this is.
 
@@ -130,7 +130,7 @@ def stop_stiffness(
     Parameters
     ----------
     restitution : float
-        Restitution coefficient, above 0 (with "work" from 0) and below 1, which would take
+        Restitution coefficient, above 0 (with "work" from 0) and below 1, which would require
         infinite stiffness.
     damping : float
         Damping of the stop [N s/m], positive.

@@ -19,25 +19,25 @@ class Flow:
     Parameters
     ----------
     function : callable
-        ``function(t, y, *parameters)`` gives the rate of every coordinate, as a tuple or an array;
-        it is what `scipy.integrate.solve_ivp` takes, and what numba can compile.
+        ``function(t, y, *parameters)`` returns the rate of change of every coordinate, as a tuple
+        or an array, as for `scipy.integrate.solve_ivp`. It must be a function that numba can
+        compile.
     initial : sequence of float, shape (d,)
         State to start from by default; its length is the dimension of the flow.
     parameters : sequence of float
-        Passed on to the function. Changing them compiles nothing anew, as changing numbers inside
-        the function would.
+        Parameters of the function. Changing them does not recompile it, unlike changing constants
+        inside the function.
     signal : callable, optional
         ``signal(y)``, a number: what `integrate_and_fire` integrates by default.
     coordinates : sequence of str, optional
         Names of the coordinates; by default x, y, z, or y0, y1, ... where there are more.
     name : str
-        What it is called in results.
+        Name of the flow in results.
 
     Raises
     ------
     InvalidInput
-        If a parameter is not what it should be. Whether numba can compile the functions is found
-        out when they are used.
+        If a parameter is invalid. The functions are compiled when they are first used.
 
     See Also
     --------
@@ -100,8 +100,8 @@ class Flow:
 def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
     """Lorenz' flow [Lorenz1963]_.
 
-    ``x' = sigma (y - x),  y' = x (rho - z) - y,  z' = x y - beta z``. The parameters are Lorenz',
-    for which the largest exponent is 0.906 and the correlation dimension 2.05. Its signal is
+    ``x' = sigma (y - x),  y' = x (rho - z) - y,  z' = x y - beta z``. For the default parameters,
+    those of Lorenz, the largest exponent is 0.906 and the correlation dimension 2.05. Its signal is
     ``(x + 2)²``, as in [Sauer1994]_.
 
     See Also
@@ -127,9 +127,10 @@ def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
 def rossler(a: float = 0.2, b: float = 0.2, c: float = 5.7) -> Flow:
     """Rössler's flow [Rossler1976]_.
 
-    ``x' = -y - z,  y' = x + a y,  z' = b + z (x - c)``. The parameters are Rössler's, for which the
-    largest exponent is 0.071. Its signal is ``x + 20``, which is positive on the attractor
-    (x > -10), as integrate-and-fire wants it [CastroSauer1997]_; the 20 is our choice.
+    ``x' = -y - z,  y' = x + a y,  z' = b + z (x - c)``. For the default parameters, those of
+    Rössler, the largest exponent is 0.071. Its signal is ``x + 20``, which is positive on the
+    attractor (x > -10), as integrate-and-fire requires [CastroSauer1997]_; the value 20 is our
+    choice.
 
     See Also
     --------

@@ -38,43 +38,43 @@ class Oscillator:
     damping : float
         Damping [N s/m], at least 0.
     stiffness : float
-        Stiffness [N/m], at least 0; 0 leaves the mass free, as a bouncing ball.
+        Stiffness [N/m], at least 0; with 0 the mass is free, as for a bouncing ball.
     forces : sequence of Force
-        Harmonic forces on the mass. Forcing periods are counted by `forcing_period`, the common
-        period of all forcing, and phases are 2 pi times the share of it that has passed; with one
-        frequency, they are its period and its phase.
+        Harmonic forces on the mass. The forcing period is the common period of all forcing,
+        `forcing_period`, and phases are 2 pi times the elapsed fraction of it.
     load : float
         Constant force [N].
     base : BaseMotion, optional
         Motion of the base.
     stops : sequence of Stop
-        Any number on either side. Soft ones may stand one behind the other and before a rigid
-        one.
+        Stops, any number on either side. Soft stops may be placed behind each other and in front of
+        a rigid one.
     friction : Friction, optional
         Coulomb friction.
     law : callable, optional
-        A further force ``law(t, x, v)`` on the mass [N], with t in the oscillator's unit of time
-        since the start of the simulation and x, v against the ground; a function that numba can
-        compile. Whether it depends on t, and with which period, is found by evaluating it.
+        An additional force ``law(t, x, v)`` on the mass [N], with t since the start of the
+        simulation in the unit of time of the oscillator, and x, v relative to the ground; a
+        function that numba can compile. Whether it depends on t, and with which period, is
+        determined by evaluating it.
     noise : Noise, optional
-        A random force on the mass, white or filtered: `simulate` follows one path of it,
+        A random force on the mass, white or filtered: `simulate` computes one path,
         `simulate_ensemble` many.
     time_unit, length_unit, mass_unit : float
-        Seconds, metres and kilograms in one of the units that the numbers above are in: 1 in SI
-        units; 1/omega_n of the machine, its gap and its mass for a dimensionless oscillator. A
-        simulation tells time in seconds, and all else in the oscillator's own units.
+        Units of the values above in seconds, metres and kilograms: 1 for SI units; 1/omega_n of the
+        machine, its gap and its mass for a dimensionless oscillator. Times of a simulation are in
+        seconds, all other quantities in the units of the oscillator.
     name : str
-        What to call it.
+        Name of the oscillator.
     in_seconds : bool
-        Whether the unit of time is known, as it always is where `time_unit` is not 1. False for
-        an oscillator that stands for no machine in particular: its time, which is then that of a
-        simulation, has no unit.
+        Whether the unit of time is known, as it always is if `time_unit` is not 1. False for a
+        dimensionless oscillator that does not represent a particular machine: times of a simulation
+        are then dimensionless.
 
     Raises
     ------
     InvalidInput
-        If a value is out of its range, stops overlap or one stands where the mass cannot get, or
-        an undamped oscillator is forced at resonance, where its free motion has no bound.
+        If a value is out of its range, stops overlap or one is out of reach of the mass, or an
+        undamped oscillator is forced at resonance, where its motion without impacts is unbounded.
 
     See Also
     --------
@@ -202,12 +202,12 @@ class Oscillator:
 
     @property
     def forcing_period(self) -> float | None:
-        """Least time after which all forcing recurs [s], or None where there is no forcing.
+        """Least common period of all forcing [s], or None without forcing.
 
-        All forcing is the forces, the base and a `law` that depends on time; frequencies have a
-        common period where their ratios are those of whole numbers, but for rounding, and it lasts
-        no longer than 8 periods of the first. Without a common period (`forcing_recurs` is False)
-        it is the period of the first force, or else of the base.
+        The forcing consists of the forces, the base and a `law` that depends on time. Frequencies
+        have a common period if their ratios are rational up to rounding, and it is at most 8
+        periods of the first. Without a common period (`forcing_recurs` is False) this is the period
+        of the first force, or else of the base.
         """
         omega = self.angular_forcing_frequency
         return None if omega is None else 2 * math.pi / omega * self.time_unit
@@ -253,8 +253,8 @@ class Oscillator:
         Raises
         ------
         InvalidInput
-            If a unit is not positive, or the machine has a part that is a function: what that
-            means in other units only its author knows.
+            If a unit is not positive, or the oscillator has a part that is a function, which cannot
+            be converted.
         """
         new = replace(Oscillator(), time_unit=time, length_unit=length, mass_unit=mass)
         stops_given = any(

@@ -57,7 +57,7 @@ class Force:
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """Harmonic motion of the base, which the spring, the damper or the stops are fixed to.
+    """Harmonic motion of the base to which the spring, the damper or the stops are attached.
 
     Its displacement is ``amplitude * cos(angular_frequency * t + phase)``.
 
@@ -70,10 +70,9 @@ class BaseMotion:
     phase : float
         Phase at t = 0 [rad]; -pi/2 makes it a sine.
     spring, damper : bool
-        Whether the spring and the damper hang on the base; one that does not is held by the
-        ground.
+        Whether the spring and the damper are attached to the base; otherwise to the ground.
     stops : bool
-        Whether the stops, and what the mass rubs against, move with the base.
+        Whether the stops, and the surface on which the mass slides, move with the base.
 
     Raises
     ------
@@ -114,8 +113,8 @@ class Rigid:
     Parameters
     ----------
     restitution : float or callable
-        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function that gives it
-        for an approach velocity [m/s]; one that numba can compile.
+        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function of the approach
+        velocity [m/s] that numba can compile.
 
     Raises
     ------
@@ -142,9 +141,9 @@ class Rigid:
 
 @dataclass(frozen=True)
 class KelvinVoigt:
-    """A soft stop: a spring and a damper side by side, touched without mass.
+    """A massless soft stop: a spring and a damper in parallel.
 
-    While the mass is beyond the stop it feels ``-stiffness * depth - damping * depth'``.
+    In contact the force on the mass is ``-stiffness * depth - damping * depth'``.
 
     Parameters
     ----------
@@ -153,8 +152,8 @@ class KelvinVoigt:
     damping : float
         Damping of the stop [N s/m].
     ends : {"gap", "force"}
-        Contact ends where the depth is zero again, so that the damper may pull at the end; or
-        where the force is zero: then the stop only ever pushes.
+        End of the contact: where the depth is zero again, so that the damper may pull at the end,
+        or where the force is zero, so that the stop only pushes.
 
     Raises
     ------
@@ -192,12 +191,12 @@ class KelvinVoigt:
     ) -> KelvinVoigt:
         """Soft stop with a given stiffness and restitution coefficient.
 
-        Its damping is `stop_damping` of the way in which its contact ends.
+        Its damping is given by `stop_damping` for the same end of the contact.
 
         Raises
         ------
         InvalidInput
-            If the restitution is not in (0, 1]: none has infinite damping.
+            If the restitution coefficient is not in (0, 1].
         """
         cls(stiffness, ends=ends)
         return cls(stiffness, stop_damping(restitution, stiffness, mass, formula=ends), ends)
@@ -205,7 +204,7 @@ class KelvinVoigt:
 
 @dataclass(frozen=True)
 class Hertz:
-    """A stop whose force grows with a power of the depth: Hertz's 3/2 for a ball on a plane.
+    """A stop whose force follows a power of the depth, 3/2 (Hertz) for a sphere on a plane.
 
     ``force = stiffness * depth**exponent * (1 + loss * depth')``, where the loss is `damping`
     [HuntCrossley1975]_, or ``3 (1 - restitution^2) / (4 approach velocity)``
@@ -220,8 +219,8 @@ class Hertz:
     damping : float
         Loss per velocity [s/m].
     restitution : float, optional
-        Restitution coefficient, instead of `damping`. It is met for small losses only: the
-        formula keeps the first order.
+        Restitution coefficient, instead of `damping`. The formula is of first order, and accurate
+        for small losses only.
 
     Raises
     ------
@@ -264,7 +263,8 @@ class Stop:
     Parameters
     ----------
     position : float
-        Where the mass touches it [m], measured from the base where the stops move with that.
+        Position at which the mass touches the stop [m], relative to the base if the stops move with
+        it.
     law : Rigid, KelvinVoigt or Hertz
         The contact law.
     side : {"upper", "lower"}
@@ -305,10 +305,10 @@ class Friction:
     Parameters
     ----------
     kinetic : float
-        Force against the motion while the mass slides [N].
+        Friction force while the mass slides [N].
     static : float, optional
-        Greatest force that holds it while it sticks [N], at least `kinetic`, which it is unless
-        given.
+        Greatest friction force while the mass sticks [N], at least `kinetic`; by default equal to
+        it.
 
     Raises
     ------
@@ -340,29 +340,30 @@ class Friction:
 class Noise:
     """A random force f on the mass, or a random stiffness, Gaussian, white or filtered.
 
-    White noise has ``<f(t) f(t + s)> = 2 intensity delta(s)``; through a filter of time constant
-    tau, ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau)``, which is the same for slow
-    motions (an Ornstein-Uhlenbeck process [UhlenbeckOrnstein1930]_). Noise in a band about an
-    angular frequency w has ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau) cos(w s)``: its
-    two-sided spectral density, twice the intensity where the noise is white, is
+    White noise has ``<f(t) f(t + s)> = 2 intensity delta(s)``. Noise filtered with the time
+    constant tau has ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau)``, which is equivalent
+    for slow motions (an Ornstein-Uhlenbeck process [UhlenbeckOrnstein1930]_). Noise in a band about
+    an angular frequency w has ``<f(t) f(t + s)> = (intensity / tau) exp(-abs(s) / tau) cos(w s)``:
+    its two-sided spectral density, twice the intensity where the noise is white, is
 
         S(u) = intensity (1 / (1 + (u - w)^2 tau^2) + 1 / (1 + (u + w)^2 tau^2)),
 
-    that is two lines of half width 1 / tau. Parametric noise is of the stiffness: the force on the
-    mass is f times its displacement. As white noise it means the same to Ito and to Stratonovich,
-    since a displacement has no white part.
+    that is two lines of half width 1 / tau. Parametric noise acts on the stiffness: the force on
+    the mass is f times its displacement. For white noise, the Ito and Stratonovich interpretations
+    are the same, since it multiplies the displacement only.
 
     Parameters
     ----------
     intensity : float
-        Half of the two-sided spectral density at zero frequency of noise that does not oscillate
-        [N^2 s], at least 0; of parametric noise [N^2 s / m^2].
+        Half of the two-sided spectral density at zero frequency of noise without a band [N^2 s], at
+        least 0; for parametric noise [N^2 s / m^2].
     correlation_time : float
         Time constant of the filter [s]; 0 leaves the noise white.
     angular_frequency : float
-        Of the middle of the band [rad/s]; 0 leaves a low-pass. It needs a correlation time.
+        Angular frequency of the middle of the band [rad/s], 0 for low-pass noise. Requires a
+        correlation time.
     parametric : bool
-        Whether it is of the stiffness.
+        Whether the noise acts on the stiffness.
 
     Raises
     ------

@@ -54,23 +54,24 @@ def karpodinis(
 ) -> Oscillator:
     """The impacting cantilever beam of [Karpodinis]_, in its first mode.
 
-    ``x'' + 2 damping_ratio x' + x = amplitude cos(omega t)``, x < 1, with x in units of the gap
-    and time in units of 1/omega_n. The natural frequency, 22.2 Hz, and the restitution
-    coefficient, 0.2, are the thesis'. With the default damping and amplitude the beam is periodic
-    at 22.1 Hz and chaotic at 20.1 and 20.3355 Hz, as in the thesis; its delayed feedback of gain
-    0.45, which the thesis reports to fail, succeeds. `karpodinis_control` meets all that the
-    thesis reports of control, but is period(1, 3) at 20.1 Hz.
+    ``x'' + 2 damping_ratio x' + x = amplitude cos(omega t)``, x < 1, with x in units of the gap and
+    time in units of 1/omega_n. The natural frequency, 22.2 Hz, and the restitution coefficient,
+    0.2, are those of the thesis. With the default damping and amplitude the beam is periodic at
+    22.1 Hz and chaotic at 20.1 and 20.3355 Hz, as in the thesis; delayed feedback with a gain of
+    0.45, which fails in the thesis, succeeds. `karpodinis_control` reproduces all results of the
+    thesis on control, but is period(1, 3) at 20.1 Hz.
 
     Parameters
     ----------
     frequency : float
-        Forcing frequency [Hz]. 22.1 Hz gives one impact a period, 20.1 and 20.3355 Hz chaos.
+        Forcing frequency [Hz]. At 22.1 Hz there is one impact per period, at 20.1 and 20.3355 Hz
+        chaos.
     damping_ratio : float
-        Damping as a share of the critical. Our choice: the thesis' table of it and of the
-        amplitude is not in the text that is left.
+        Damping as a fraction of critical damping. Our choice: the table with it and the amplitude
+        is not in the available text of the thesis.
     amplitude : float
-        Amplitude of the forcing, which is the deflection in units of the gap that it would have
-        as a constant force. Our choice as well.
+        Amplitude of the forcing: the deflection under a constant force of that size, in units of
+        the gap. Our choice as well.
     restitution : float
         Restitution coefficient.
 
@@ -145,12 +146,12 @@ def okolewski(
 ) -> Oscillator:
     """A mass on a moving base that carries the stop, hard or soft [Okolewski2021]_.
 
-    ``x'' + 0.23 x' + x = a sin(eta t)``, ``x >= a sin(eta t)``, a = 0.0025: the spring hangs on
-    the base, the damper on the ground. The paper's a_e, the change of the body's kinetic energy in
-    impacts, is `Motion.kinetic_energy_gained`; `Motion.energy_lost` is what the stop dissipates.
-    The printed periods and impacts per period are met, both kinds of stop; not the printed Lyapunov
-    exponents, which are of a finite time, and not the 201 impacts a period of the hard stop at
-    eta = 3, r = 0.6, which chatters.
+    ``x'' + 0.23 x' + x = a sin(eta t)``, ``x >= a sin(eta t)``, a = 0.0025: the spring is attached
+    to the base, the damper to the ground. The quantity a_e of the paper, the change of the kinetic
+    energy of the body in impacts, is `Motion.kinetic_energy_gained`; `Motion.energy_lost` is the
+    energy dissipated by the stop. The published periods and impacts per period are reproduced for
+    both kinds of stop. The published Lyapunov exponents, which are for a finite time, and the 201
+    impacts per period of the hard stop at eta = 3, r = 0.6, which chatters, are not.
 
     Parameters
     ----------
@@ -158,8 +159,8 @@ def okolewski(
         Angular frequency of the base, 2 to 10 in the paper.
     restitution : float
         Restitution coefficient; of the soft stop, that of its free contact
-        (`KelvinVoigt.equivalent`), which we take for the paper's measure of equal dissipation
-        because its impacts per period come out with it.
+        (`KelvinVoigt.equivalent`). We assume this to be the measure of equal dissipation of the
+        paper, because it reproduces its impacts per period.
     stop : {"hard", "soft"}
         The contact law.
     stop_stiffness : float
@@ -214,36 +215,35 @@ def tian(
     """A mass with a rigid stop, or with the soft stop that is equivalent to it [Tian]_.
 
     ``x'' + 2 damping_ratio x' + x = amplitude sin(omega t + phi)``; beyond the gap d the soft stop
-    adds ``stop_stiffness (x - d) + stop_damping x'`` (beta and zeta_1 in the paper) on the left,
-    the hard one turns x' into ``-restitution x'``. The paper's phi is the `phase` of `simulate`.
-
-    With the defaults, omega from 0.5 to 4 and A from 0.1 to 2, the stop is met in a third of the
-    plane, and `match_rate` gives the printed 91.9 %; with a gap of 0.5 it gives 83 %. The printed
-    sequence 4/3, 4/2, 2/1 (period by impacts) in the upper right corner needs a smaller gap: at
-    A = 2 it is there for a gap of 0.5, at omega = 2.65, 2.7 and 2.85, and not for 1.
+    adds ``stop_stiffness (x - d) + stop_damping x'`` (beta and zeta_1 in the paper) on the left;
+    the hard stop changes x' to ``-restitution x'``. phi in the paper is the `phase` of `simulate`.
+    With the defaults, omega from 0.5 to 4 and A from 0.1 to 2, there are impacts in a third of the
+    plane, and `match_rate` is 91.9 %, as published; with a gap of 0.5 it is 83 %. The published
+    sequence 4/3, 4/2, 2/1 (period/impacts) in the upper right corner requires a smaller gap: at A =
+    2 it exists for a gap of 0.5, at omega = 2.65, 2.7 and 2.85, but not for 1.
 
     Parameters
     ----------
     omega : float
-        Angular frequency of the forcing. The range sampled in the paper is not in the text that
-        is left; 0.5 to 4 is our choice.
+        Angular frequency of the forcing. The range sampled in the paper is not in the available
+        text; 0.5 to 4 is our choice.
     amplitude : float
-        Amplitude of the forcing; 0.1 to 2 is our choice likewise.
+        Amplitude of the forcing; 0.1 to 2 is our choice as well.
     stop : {"hard", "soft"}
         The contact law.
     damping_ratio : float
-        Damping as a share of the critical (zeta in the paper). Our choice: the paper's is not in
-        the text that is left.
+        Damping as a fraction of critical damping (zeta in the paper). Our choice: the paper's is
+        not in the available text.
     gap : float
-        Where the stop is. Our choice likewise; it sets the scale of the displacement.
+        Position of the stop. Our choice as well; it sets the scale of the displacement.
     restitution : float
-        Restitution coefficient of the hard stop, the paper's 0.85.
+        Restitution coefficient of the hard stop, 0.85 as in the paper.
     stop_stiffness : float
-        Stiffness of the soft stop (beta in the paper), by default of the optimum printed for a
+        Stiffness of the soft stop (beta in the paper), by default the published optimum for a
         restitution coefficient of 0.85.
     stop_damping : float
-        Its damping (zeta_1 in the paper), from the same optimum; `KelvinVoigt.equivalent` has
-        10.3325 there.
+        Damping of the soft stop (zeta_1 in the paper), from the same optimum;
+        `KelvinVoigt.equivalent` gives 10.3325.
 
     Raises
     ------
@@ -287,33 +287,33 @@ def begley_virgin(
     """A mass with friction between two walls, on a base that moves [BegleyVirgin1998]_.
 
     ``theta'' + 2 h theta' + theta + f(theta') + g(theta) = 2 h gamma cos(gamma t) + sin(gamma t)``,
-    h = `damping_ratio`: spring and damper hang on a base that moves as sin(gamma t); the walls
-    stand still. f opposes the motion with `kinetic_ratio` times `friction`, and holds a mass at
-    rest against a force up to `friction`; g is `wall_stiffness` times the depth in a wall.
+    h = `damping_ratio`: spring and damper are attached to a base that moves as sin(gamma t); the
+    walls are fixed. f opposes the motion with `kinetic_ratio` times `friction`, and balances a
+    force up to `friction` on a mass at rest; g is `wall_stiffness` times the depth in a wall.
 
-    The paper's charts of friction have damping_ratio = 0.001, those of viscous damping
-    friction = 0; its bifurcation diagrams and phase portraits go with an experiment whose damping
-    ratio is given as 0.02. The default rho of 15 meets the chaos of its figure 20 and the four
-    attractors, but not the pair of figure 14c, which needs rho >= 17.
+    The charts of the paper for friction have damping_ratio = 0.001, those for viscous damping
+    friction = 0; its bifurcation diagrams and phase portraits belong to an experiment with a
+    damping ratio of 0.02. The default rho of 15 reproduces the chaos of its figure 20 and the four
+    attractors, but not the pair of figure 14c, which requires rho >= 17.
 
     Parameters
     ----------
     gamma : float
-        Angular frequency of the base by that of the natural oscillation; 1.338 with
-        sigma = 1.6 and friction = 0.05 has four attractors.
+        Ratio of the angular frequency of the base to the natural one; at 1.338, sigma = 1.6 and
+        friction = 0.05 there are four attractors.
     sigma : float or (float, float)
-        Where the walls stand, from where the spring is at rest: at -sigma and sigma, or left and
-        right.
+        Positions of the walls, relative to the rest position of the spring: at -sigma and sigma, or
+        left and right.
     friction : float
         Half the range of displacements at which the mass can rest (f in the paper); 0 for none.
     damping_ratio : float
-        Damping as a share of the critical (h in the paper): 0.02 of the experiment, 0.001 in the
-        charts and spectra with friction, 0.1 and 0.5 in the spectra without.
+        Damping as a fraction of critical damping (h in the paper): 0.02 in the experiment, 0.001 in
+        the charts and spectra with friction, 0.1 and 0.5 in the spectra without.
     wall_stiffness : float
-        Stiffness of a wall by that of the spring, rho^2. Our choice, 15^2: the paper's is not in
-        the text that is left; the four attractors are there from 8^2 to 40^2.
+        Ratio of the stiffness of a wall to that of the spring, rho^2. 15^2 is our choice, since the
+        value is not in the available text of the paper; the four attractors exist from 8^2 to 40^2.
     kinetic_ratio : float
-        Kinetic by static friction, at most 1 (alpha_k in the paper). Our choice, 1.
+        Ratio of kinetic to static friction, at most 1 (alpha_k in the paper). 1 is our choice.
 
     Raises
     ------
@@ -362,21 +362,21 @@ def van_der_pol_duffing(
     ``x'' + epsilon (c2 x^2 - c1) x' + epsilon f_k sgn x' + x^3 = sqrt(epsilon) xi``, x >= 0, with
     ``<xi(t) xi(t + s)> = 2 D delta(s)``.
 
-    How the noise is scaled by epsilon is our reading, as the paper's formulas are not in the text
-    that is left: of three it is the one with the printed sequences of shapes over r and f_k, where
-    a peak counts from 2 % of the highest. That D changes no shape is then met counting all peaks,
-    and not counting those that can be seen.
+    The scaling of the noise by epsilon is an interpretation, since the formulas are not in the
+    available text of the paper: of three possible ones, it gives the published sequences of shapes
+    over r and f_k if peaks of at least 2 % of the highest are counted. The statement that D does
+    not change the shape then holds if all peaks are counted, but not if only visible ones are.
 
     Parameters
     ----------
     restitution : float
         Restitution coefficient of the stop (r).
     friction : float
-        Coulomb friction by epsilon (f_k); 0 for none.
+        Coulomb friction divided by epsilon (f_k); 0 for none.
     intensity : float
-        Intensity of the noise by epsilon (D).
+        Intensity of the noise divided by epsilon (D).
     epsilon : float
-        How small damping, friction and noise are, all alike.
+        Small parameter that scales damping, friction and noise.
     c1, c2 : float
         Gain at small, and loss at large displacements.
 
@@ -441,8 +441,8 @@ def cantilever(
     """The first mode of a uniform cantilever with a stop at its tip, from its dimensions.
 
     ``m x'' + 2 damping_ratio m omega_n x' + m omega_n^2 x = F cos(omega t)`` in SI units, m a
-    quarter of the beam's mass, omega_n as `Cantilever` has it [Rao2017]_. x is the deflection of
-    the tip; before a stop on the ground ("clamp") it is the place of the tip there.
+    quarter of the mass of the beam, omega_n as in `Cantilever` [Rao2017]_. x is the deflection of
+    the tip; with a stop on the ground ("clamp") it is the position of the tip.
 
     Parameters
     ----------
@@ -457,23 +457,24 @@ def cantilever(
     density : float
         Density of its material [kg/m^3].
     stop : float
-        Where the stop stands [m], from the tip of the beam at rest: the gap.
+        Gap: distance of the stop from the tip of the beam at rest [m].
     frequency : float
         Forcing frequency [Hz].
     amplitude : float
         Amplitude of the forcing: of the base or the clamp [m], or of the force at the tip [N].
     loading : {"base", "clamp", "tip"}
-        What moves: a base that carries clamp and stop alike, the clamp alone, before a stop on the
-        ground, or neither, but a force is at the tip. A base or clamp drives the first mode by
-        1.566 times its own motion.
+        Excitation: motion of a base that carries clamp and stop, motion of the clamp alone with a
+        stop on the ground, or a force at the tip. Motion of a base or clamp excites the first mode
+        by 1.566 times its amplitude.
     damping_ratio : float
-        Damping as a share of the critical, as `identify_resonance` measures it. Our choice
-        otherwise, as for `karpodinis`.
+        Damping as a fraction of critical damping, as measured by `identify_resonance`. The default
+        is our choice, as for `karpodinis`.
     restitution : float
-        Restitution coefficient of the beam as a whole, which `apparent_restitution` tells from
-        that of its tip; by default the thesis' [Karpodinis]_.
+        Restitution coefficient of the beam as a whole, which `apparent_restitution` computes from
+        that of its tip; by default that of [Karpodinis]_.
     natural_frequency : float, optional
-        What was measured [Hz], instead of what follows from the drawings; the mass stays.
+        Measured natural frequency [Hz], used instead of the calculated one; the mass is not
+        changed.
     **changes
         Other parameters of `Oscillator`, such as a soft stop.
 

@@ -18,7 +18,7 @@ from .parts import numbers
 
 @dataclass(frozen=True)
 class Swept:
-    """An oscillator under a swept force: a system again, which `simulate` moves.
+    """An oscillator whose harmonic force is swept in frequency or amplitude.
 
     With t in seconds since the start of the simulation, s = max(t - start, 0) and the oscillator's
     force ``A cos(2 pi f t + phase)``, the force is::
@@ -30,19 +30,18 @@ class Swept:
     Parameters
     ----------
     oscillator : Oscillator
-        What moves. Its one force is the one that is swept.
+        The oscillator, with a single force, which is swept.
     frequency_rate : float
-        Change of the frequency in a second [Hz/s]; below 0 it is swept downwards.
+        Rate of change of the frequency [Hz/s]; negative for a downward sweep.
     amplitude_rate : float
-        Change of the amplitude in a second [N/s], or in the oscillator's unit of force.
+        Rate of change of the amplitude [N/s], or in the unit of force of the oscillator per second.
     start : float
-        When the sweep begins [s]; until then, the force keeps its frequency and its amplitude.
+        Start of the sweep [s]; frequency and amplitude are constant before.
 
     Raises
     ------
     InvalidInput
-        If a value is out of its range, or the oscillator has not one force and nothing else that
-        moves it.
+        If a value is out of its range, or the oscillator has other excitation than a single force.
 
     See Also
     --------
@@ -50,9 +49,9 @@ class Swept:
 
     Notes
     -----
-    The motion is stepped (`RungeKutta`), as no closed form is left to follow. It has no forcing
-    period, so it takes `duration`, and questions that count in forcing periods refuse it. Of an
-    oscillator without unit of time read 1 / unit for Hz and unit for s.
+    The motion is integrated numerically (`RungeKutta`), since there is no closed form. It has no
+    forcing period, so `simulate` needs a `duration`, and functions that count forcing periods raise
+    an error. For an oscillator without a unit of time, Hz means 1 / unit and s means unit.
 
     Examples
     --------
@@ -83,7 +82,7 @@ class Swept:
         numbers(self, "start", least=0.0)
 
     def frequency(self, time: Any) -> Any:
-        """Frequency of the force [Hz] at times [s]; a float or an array, as `time` is.
+        """Frequency of the force [Hz] at times [s]; a float or an array, like `time`.
 
         Raises
         ------
@@ -93,7 +92,7 @@ class Swept:
         return self._at(time, lambda t, s: self._first + self.frequency_rate * s)
 
     def phase(self, time: Any) -> Any:
-        """Phase of the force [rad] at times [s], counted from 0 at t = 0; as `time` is.
+        """Phase of the force [rad] at times [s], 0 at t = 0; a float or an array, like `time`.
 
         Raises
         ------
@@ -116,7 +115,7 @@ class Swept:
 
     @property
     def forcing_period(self) -> None:
-        """None: a swept force does not recur."""
+        """None: a swept force is not periodic."""
 
     @property
     def _first(self) -> float:

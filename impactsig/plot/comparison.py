@@ -37,14 +37,14 @@ MOST_BINS = 4096
 def comparison(result: Comparison, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw two trains of impacts side by side.
 
-    Above, the densities of their intervals, that of b upside down so that neither hides the other,
-    over the wider of the bins that suit each; beside them the cumulative distributions with the
-    place of their greatest difference. Below, the return map of each, at the same scale.
+    The upper panels show the densities of the intervals, that of b upside down, with the wider of
+    the bins chosen for each train, and the cumulative distributions with the position of their
+    greatest difference. The lower panels show the return map of each train at the same scale.
 
     Parameters
     ----------
     result : Comparison
-        What `impactsig.compare` found.
+        From `impactsig.compare`.
 
     Returns
     -------

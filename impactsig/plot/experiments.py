@@ -82,10 +82,11 @@ def experiment(
     result : Experiment
         From `impactsig.Experiment.read`.
     observe : str
-        Of every impact: "interval" before the next, "peak", "contact_time", "impulse" or "phase";
-        a stroke to the left of its value on the way up, to the right on the way down.
-        Of every run: "impacts_per_period", "time_in_contact", "dimension" with its confidence
-        interval, or "period", a bar whose colour is the period(m, n).
+        For every impact: "interval" (to the next impact), "peak", "contact_time", "impulse" or
+        "phase", drawn as a dash to the left of the parameter value on the branch "up" and to the
+        right on the branch "down". For every run: "impacts_per_period", "time_in_contact",
+        "dimension" with its confidence interval, or "period", a bar whose colour is the period(m,
+        n).
     simulated : BifurcationDiagram or sequence of it
         Drawn in grey behind the measurement where `observe` is "impacts_per_period" or "peak" (its
         approach velocities, scaled to have the same median), as bars of their own for "period".
@@ -93,7 +94,7 @@ def experiment(
     Raises
     ------
     InvalidInput
-        If the quantity is not known, was not measured, or is none that a bifurcation diagram has.
+        If the quantity is unknown, was not measured, or is not part of a bifurcation diagram.
 
     See Also
     --------

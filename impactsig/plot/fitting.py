@@ -34,12 +34,12 @@ WITHIN = 5.991  # of a chi squared of two degrees of freedom: 95 %
 
 @checked
 def oscillator_fit(result: OscillatorFit, figure: Figure | SubFigure | None = None) -> np.ndarray:
-    """Draw a fitted oscillator beside what was measured.
+    """Draw a fitted oscillator together with the measured train.
 
-    Above, the densities of the intervals, measured up and simulated down, and both return maps in
-    one. Below, how often each word of successive intervals comes (mean and two standard deviations
-    of simulated trains), and where the first two free parameters are: the 95 % region of both,
-    and the interval of each.
+    The upper panels show the densities of the intervals, measured upwards and simulated downwards,
+    and both return maps. The lower panels show the frequency of each word of successive intervals
+    (mean and two standard deviations of simulated trains), and the 95 % region and intervals of the
+    first two free parameters.
 
     Parameters
     ----------
@@ -130,10 +130,11 @@ def _region(ax: Axes, result: OscillatorFit | MachineFit) -> None:
 
 @checked
 def machine_fit(result: MachineFit, figure: Figure | SubFigure | None = None) -> np.ndarray:
-    """Draw what many trains tell of the oscillator that they share.
+    """Draw the parameters of an oscillator fitted to many trains.
 
-    On the left where the first two shared parameters are, as `oscillator_fit` has them; on the
-    right the amplitude of the forcing of each train, with its 95 % interval, against the frequency.
+    The left panel shows the region of the first two common parameters, as in `oscillator_fit`; the
+    right panel the amplitude of the forcing of each train, with its 95 % interval, against the
+    frequency.
 
     Parameters
     ----------
@@ -171,12 +172,13 @@ def machine_fit(result: MachineFit, figure: Figure | SubFigure | None = None) ->
 
 @checked
 def prediction(result: Prediction, figure: Figure | SubFigure | None = None) -> np.ndarray:
-    """Draw measured intervals among those of trains drawn from a fit.
+    """Draw measured intervals together with those of trains simulated from a fit.
 
-    To the left the share of the measured intervals in each bin, over the band of 95 % of the
-    simulated trains. To the right the return map in cells, darker where more pairs are measured; a
-    mark says where there are more, or fewer, than in 95 % of the simulated trains. Bins hold equal
-    shares of all trains, so clusters of intervals are drawn wide and what lies between them narrow.
+    The left panel shows the fraction of measured intervals in each bin, with the band of 95 % of
+    the simulated trains. The right panel shows the return map in cells, darker for more measured
+    pairs, with a mark where there are more, or fewer, than in 95 % of the simulated trains. Each
+    bin contains an equal fraction of all trains, so that clusters of intervals appear wide and the
+    gaps between them narrow.
 
     Parameters
     ----------

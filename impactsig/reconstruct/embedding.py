@@ -15,8 +15,8 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     """Delay vectors of a series, the oldest coordinate first [Takens1981]_.
 
     Row i is (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}), i = 0 ... n - 1 - (m-1) delay, counted from
-    0, with m the dimension. Sauer shows that the intervals of an integrate-and-fire model embed as
-    samples of a coordinate do [Sauer1994]_; for them the natural delay is 1.
+    0, with m the dimension. The intervals of an integrate-and-fire model embed like samples of a
+    coordinate [Sauer1994]_; for them the natural delay is 1.
 
     Parameters
     ----------
@@ -31,9 +31,8 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n - (dimension - 1) * delay, dimension)
-        A read-only view that takes no memory of its own: it shows `x` itself where that is a
-        contiguous float64 array. ``.copy()`` makes it independent. Where the run has gaps, there
-        are fewer vectors, and they are a copy.
+        Delay vectors, a read-only view (of `x` itself if that is a contiguous float64 array). If
+        the run has gaps, there are fewer vectors, and they are a copy.
 
     Raises
     ------

@@ -37,20 +37,19 @@ class FalseNeighbors(Shown):
     Attributes
     ----------
     dimension : int or None
-        Least dimension with a share of at most `tolerance`; None where there is none.
+        Smallest dimension with a fraction of at most `tolerance`; None if there is none.
     dimensions : ndarray, shape (k,)
-        m.
-    share : ndarray, shape (k,)
-        Share of the neighbours in m dimensions that either criterion calls false.
+        Dimensions m. share : ndarray, shape (k,) Fraction of the neighbours in m dimensions that
+        are false by either criterion.
     by_growth, by_size : ndarray, shape (k,)
-        By the first criterion, and by the second.
+        Fraction by the first and by the second criterion.
     foretold : ndarray, shape (k,)
-        Median gap between the next values of neighbours, over the median gap of any two values:
-        near 0 where the next value follows from the vector, 1 for noise.
+        Median gap between the next values of neighbours, divided by the median gap of any two
+        values: near 0 if the vector determines the next value, 1 for noise.
     delay, theiler : int
         As used.
     tolerance : float
-        The share allowed.
+        The fraction allowed.
     warnings : tuple of str
         What speaks against the result.
 
@@ -106,11 +105,11 @@ class AveragedFalseNeighbors(Shown):
     Attributes
     ----------
     dimension : int or None
-        Least dimension from which on E1 is within 0.1 of its last value; None where E1 changes to
-        the end, or E2 shows no determinism.
+        Smallest dimension from which E1 stays within 0.1 of its last value; None if E1 changes up
+        to the end, or E2 shows no determinism.
     deterministic : bool
-        Whether E2 is anywhere farther than 0.1 from 1. Linearly correlated noise looks
-        deterministic too: compare with surrogates.
+        Whether E2 deviates from 1 by more than 0.1 anywhere. Linearly correlated noise appears
+        deterministic as well: compare with surrogates.
     dimensions : ndarray, shape (k,)
         m = 1, 2, ..., k.
     e1, e2 : ndarray, shape (k,)
@@ -184,8 +183,9 @@ def false_nearest_neighbors(
 
     R_A the standard deviation of x. Neighbours are exact; those within the Theiler window and those
     at distance 0, for which the growth is undefined, are skipped in favour of the next nearest. In
-    noise, too, few neighbours are false once they are far away. So no dimension is given where the
-    next values of neighbours differ by more than a third of the difference between any two values.
+    noise, too, few neighbours are false if they are far away. Therefore no dimension is given if
+    the next values of neighbours differ by more than a third of the difference between any two
+    values.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def false_nearest_neighbors(
     growth, size : float
         Thresholds of the two criteria.
     tolerance : float
-        Share of false neighbours that is as good as none.
+        Greatest acceptable fraction of false neighbours.
 
     Returns
     -------
@@ -273,7 +273,7 @@ def averaged_false_neighbors(
     x : Impacts or array_like, shape (n,)
         A series in the order of time; of impacts, their interspike intervals [s].
     dimensions : int
-        Greatest dimension, 2 or more: E1 and E2 are worked out for all from 1 up to it.
+        Greatest dimension, at least 2; E1 and E2 are computed for all dimensions from 1 up to it.
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional

@@ -25,15 +25,15 @@ class OrdinalPatterns(Shown):
     Attributes
     ----------
     patterns : ndarray of int, shape (order!, order)
-        The patterns, by the rank that each value of the vector has in it, 0 for the least.
+        The patterns: rank of each value of the vector, 0 for the smallest.
     counts : ndarray of int, shape (order!,)
-        How many vectors have each.
+        Number of vectors with each pattern.
     order, delay : int
         Values of a vector, and steps from one to the next.
     tied : float
-        Share of the vectors that hold equal values; of these the earlier counts as the lesser.
+        Fraction of the vectors with equal values, of which the earlier counts as the smaller.
     warnings : tuple of str
-        Why the entropy may not mean what it says.
+        Warnings about the result.
 
     See Also
     --------
@@ -84,10 +84,10 @@ class OrdinalPatterns(Shown):
 def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     """Ordinal patterns of a series, and their permutation entropy [BandtPompe2002]_.
 
-    The pattern of (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) is the order in which its values
-    stand. Of two equal values the earlier counts as the smaller, as in the paper. Where many values
-    are equal, because they were rounded, rising patterns are therefore too frequent, and `warnings`
-    says so. No vector spans a gap of the run.
+    The pattern of (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) is the order of its values. Of two
+    equal values the earlier counts as the smaller, as in the paper. If many values are equal
+    because they were rounded, rising patterns are therefore too frequent, and there is a warning.
+    No vector spans a gap of the run.
 
     Parameters
     ----------

@@ -32,9 +32,9 @@ class Detected(Shown):
     Attributes
     ----------
     impacts : dict of Path to Impacts
-        Of every file that could be read, in the order given.
+        Impacts of every file that could be read, in the given order.
     errors : dict of Path to ImpactsigError
-        Why the others could not.
+        Errors of the other files.
 
     See Also
     --------
@@ -61,11 +61,11 @@ class Entry:
     path : Path
         The recording.
     page : Path or None
-        Its report; None where there is none.
+        Its report, or None.
     summary : str
-        The result in a sentence, or what went wrong.
+        The result in a sentence, or the error.
     figures : tuple of (str, str, str)
-        The key figures: what, how much, and a word on it.
+        Key figures: name, value and comment.
     """
 
     path: Path
@@ -86,11 +86,11 @@ def detect_many(
     Parameters
     ----------
     files : iterable of path-like
-        The recordings. Those too long for memory are taken in blocks.
+        The recordings. Those too long for memory are processed in blocks.
     workers : int, optional
-        Processes; as many as there are cores unless given. The result does not depend on it.
+        Number of processes, by default the number of cores. The result does not depend on it.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
     **options
         As for `read` (channel, start, stop, rate, scale, offset, unit, sensor, raw) and for
         `detect_impacts`, the same for all files.
@@ -98,8 +98,7 @@ def detect_many(
     Returns
     -------
     Detected
-        A file that cannot be read, or that takes its process down, is listed in `errors`; the
-        others are done.
+        The result. A file that cannot be read, or that kills its process, is listed in `errors`.
 
     Raises
     ------
@@ -142,25 +141,26 @@ def write_reports(
     files : iterable of path-like
         The recordings.
     directory : path-like
-        Where the pages go, each named after its recording, and ``index.html``; made if need be.
+        Folder for the pages, each named after its recording, and ``index.html``; created if
+        necessary.
     workers : int, optional
-        Processes; as many as there are cores unless given. The result does not depend on it.
+        Number of processes, by default the number of cores. The result does not depend on it.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
     **options
         As for `write_report`, the same for all files.
 
     Returns
     -------
     tuple of Entry
-        In the order of the files. One that cannot be analysed says why; the others are done.
+        Entries in the order of the files; for a file that cannot be analysed, with the reason.
 
     Raises
     ------
     InvalidInput
         If there are no files, or a file is given twice.
     UnwritableFile
-        If the directory cannot be made, or the index not be written.
+        If the directory cannot be created, or the index cannot be written.
 
     See Also
     --------

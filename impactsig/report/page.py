@@ -38,9 +38,9 @@ CONTROLS = (
 def write_report(source_path: str | Path, output: str | Path | None = None, **options: Any) -> Path:
     """Analyse a recording and write the results as one HTML page.
 
-    The page works offline and holds everything: the result in words, the waveform to zoom into,
-    the figures, what the intervals say of the dynamics, the impacts as a table, the parameters, the
-    SHA-256 of the recording, and how to reproduce it.
+    The page works offline. It has a summary in words, a zoomable waveform, the figures, the
+    analysis of the intervals, a table of impacts, the parameters, the SHA-256 of the recording, and
+    how to reproduce the result.
 
     Parameters
     ----------
@@ -62,10 +62,10 @@ def write_report(source_path: str | Path, output: str | Path | None = None, **op
     Raises
     ------
     InvalidInput, UnreadableFile
-        If the recording cannot be analysed, or `output` has another ending; nothing is written
-        then.
+        If the recording cannot be analysed, or `output` has another extension; nothing is written
+        in this case.
     UnwritableFile
-        If the page cannot be written; what stood there before is untouched.
+        If the page cannot be written; an existing file is unchanged.
 
     See Also
     --------

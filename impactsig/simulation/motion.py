@@ -53,22 +53,22 @@ class Motion(Moved):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     start, duration : float
         The span after the transient [s].
     impacts : Impacts or None
         Every impact, with its approach velocity relative to the stop; for soft stops also contact
         time and peak force. None where only counts were kept.
     sticks : ndarray, shape (s, 2), or None
-        Spans [s] at rest against a rigid stop or held by friction.
+        Spans [s] at rest at a rigid stop or under friction.
     impact_count, stick_count : int
-        How many there were. The rebounds that a chatter sums are not among the impacts.
+        Numbers of impacts and sticks. Rebounds that are summed as chatter are not counted.
     energy_lost : float
         Kinetic energy, relative to the stop, lost in impacts and contacts; and the work of
         friction. A contact with several stops counts from the first touch to the last.
     final : tuple of float
-        Displacement, velocity and phase of the forcing at the end: what `simulate`
-        takes as `initial` and `phase` to go on.
+        Displacement, velocity and phase of the forcing at the end; pass them to `simulate` as
+        `initial` and `phase` to continue.
     status : str
         "complete", "work limit", "diverged" or "broken law"; see `simulate`.
 
@@ -144,7 +144,7 @@ class Motion(Moved):
         Returns
         -------
         x, v : ndarray, shape (n,)
-            One for each time in the span at which the forcing has that phase.
+            Displacement and velocity at each time in the span at which the forcing has that phase.
 
         Raises
         ------
@@ -195,14 +195,15 @@ class Motion(Moved):
     def kinetic_energy_gained(self) -> float:
         """Change of the body's kinetic energy in impacts and contacts, against the ground.
 
-        `energy_lost` is what a stop dissipates, relative to the stop; where the stop moves, it also
-        does work on the body, and this is the sum of both: at an elastic stop nothing is lost, but
-        the body may gain. The average of [Okolewski2021]_, a_e, is its size in a forcing period.
+        `energy_lost` is the energy that a stop dissipates, relative to the stop. A moving stop also
+        does work on the body, and this is the sum of both: at an elastic stop no energy is lost,
+        but the body may gain energy. The average a_e of [Okolewski2021]_ is its modulus per forcing
+        period.
 
         Returns
         -------
         float
-            Positive where the body gains, in the oscillator's units.
+            The change, positive if the body gains energy, in the units of the oscillator.
 
         Raises
         ------

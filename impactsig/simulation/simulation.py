@@ -59,77 +59,80 @@ def simulate(  # type: ignore[misc]
 ) -> Any:
     """Simulate a system; exact up to rounding where it is linear between events.
 
-    *An oscillator or a cantilever* moves in closed form between events; there is no time step and
-    no tolerance, and the first contact cannot be missed. Hertz contacts and a force `law` of the
-    user's are not linear: then the motion is stepped, to a tolerance (`RungeKutta`). Infinitely
-    many rebounds in a finite time (chatter) are summed as the geometric series they are, and the
-    mass sticks to the stop until the forcing lets go. Friction lets it slide and stick; the
-    instants where it does either are as exact. A cantilever moves in all its modes: at a rigid stop
-    an impulse p turns the tip's velocity round and changes every modal velocity by -p / m, m the
-    modal mass [WaggBishop2000]_.
+    *An oscillator or a cantilever* is computed in closed form between events, without a time step
+    or tolerance, and no contact is missed. With Hertz contacts or a user-defined force `law`, which
+    are not linear, the motion is integrated to a tolerance (`RungeKutta`). Infinitely many rebounds
+    in a finite time (chatter) are summed as a geometric series, and the mass sticks to the stop
+    until the forcing releases it. Under friction the mass slides and sticks; the instants of these
+    events are also exact. A cantilever moves in all its modes: at a rigid stop an impulse p
+    reverses the velocity of the tip and changes every modal velocity by -p / m, with m the modal
+    mass [WaggBishop2000]_.
 
-    *An oscillator with noise* moves along one path, step by step; `simulate_ensemble` follows many
-    and keeps none.
+    *An oscillator with noise* is simulated along one path, step by step; use `simulate_ensemble`
+    for statistics of many paths.
 
-    *A flow* is stepped by Dormand and Prince's method of order 8 at a tolerance of 1e-13. In a
-    chaotic flow an error grows e-fold in the inverse of the largest exponent, so that after some 40
-    of these the trajectory is one of the flow, but no longer that of its initial state.
+    *A flow* is integrated by the method of Dormand and Prince of order 8 with a tolerance of 1e-13.
+    In a chaotic flow errors grow by a factor e in the inverse of the largest exponent, so that
+    after about 40 of these times the trajectory is still one of the flow, but no longer that of its
+    initial state.
 
     *A controlled system* moves under its controller; see `Controlled`.
 
-    *A batch of oscillators*, as scenes make of arrays, moves in one compiled call, each as it moves
-    alone; see `simulate_many`.
+    *A batch of oscillators*, made by a scene from arrays, is simulated in one compiled call, with
+    the same results as each oscillator alone; see `simulate_many`.
 
     Parameters
     ----------
     system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
-        What moves.
+        The system.
     periods, duration : float
         Length of the simulation, in forcing periods or in seconds (of a flow, in its unit of time).
         Give one of them; flows and systems without forcing take `duration`.
     transient : float
-        Length of the transient that is discarded before: in forcing periods if `periods` is given,
+        Length of the initial transient that is discarded: in forcing periods if `periods` is given,
         else in the unit of `duration`.
     initial : optional
-        State at t = 0. Of an oscillator displacement and velocity, in its units and against the
-        ground, (0, 0) unless given; of a cantilever modal displacements [m] and velocities [m/s],
-        from the first mode on, 0 unless given; of a flow its coordinates, those of the flow unless
-        given; of a batch one start for all, or one each in an array of shape (n, 2).
+        State at t = 0. For an oscillator displacement and velocity, in its units and relative to
+        the ground, by default (0, 0); for a cantilever modal displacements [m] and velocities
+        [m/s], from the first mode on, by default 0; for a flow its coordinates, by default those of
+        `Flow.initial`; for a batch one state for all, or one each in an array of shape (n, 2).
     phase : float, optional
-        Phase of the forcing at t = 0 [rad]; 0 unless given. Not for flows.
+        Phase of the forcing at t = 0 [rad], by default 0. Not for flows.
     method : RungeKutta, FixedStep or str, optional
-        Of an oscillator: step the motion in this way, linear or not; by default it is exact where
-        it can be, and ``RungeKutta()`` elsewhere (under delayed feedback ``RungeKutta(1e-12)``).
-        With noise one of the methods of `simulate_ensemble`, "splitting" by default.
+        For an oscillator, the integration method, also if it is linear. By default the motion is
+        exact if possible, otherwise ``RungeKutta()`` (under delayed feedback
+        ``RungeKutta(1e-12)``). With noise one of the methods of `simulate_ensemble`, by default
+        "splitting".
     chatter : float
-        Rebounds slower than this share of the greatest approach velocity so far are summed, where
-        a rigid stop is pressed upon. It decides how many of them are listed one by one, not where
-        the motion goes. Not for flows and with noise.
+        Rebounds slower than this fraction of the greatest approach velocity so far are summed, if
+        the mass is pressed against a rigid stop. It determines how many of them are listed, not the
+        motion. Not for flows and with noise.
     keep : {"all", "counts"}
-        Of an oscillator: "all" keeps what impacts, sticks and samples are made of, about 64 bytes
-        an event; "counts" only counts, in constant memory. See `simulate_blocks` for what lies
-        between.
+        For an oscillator: "all" keeps all events, about 64 bytes each, for impacts, sticks and
+        samples; "counts" keeps only their numbers, in constant memory. `simulate_blocks` is an
+        alternative for long runs.
     skip_unreachable : bool
-        Of an oscillator: end in one step a motion that can reach no stop any more.
+        For an oscillator: whether to end the simulation in one step if the mass cannot reach a stop
+        any more.
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
     step, every : float, optional
-        With noise: the step, by default a fifth of the fastest time scale, and the time from one
-        instant to the next that is kept, a step by default [s].
+        With noise: the time step [s], by default a fifth of the fastest time scale, and the
+        interval between stored instants [s], by default the time step.
     path : int
-        With noise: number of the path, the same as in `simulate_ensemble` to the last bit; to
-        rounding only, where numba has Intel's SVML and the law takes sines.
+        With noise: number of the path, which equals that of `simulate_ensemble` to the last bit
+        (only to rounding if numba uses Intel SVML and the law has trigonometric functions).
 
     Returns
     -------
     Motion, Motions, BeamMotion, NoisyMotion, FlowMotion, ControlledMotion or ControlledFlowMotion
         Each has ``system``, ``start``, ``duration``, ``stop``, ``final``, ``sample(time)`` and a
-        ``status``: "complete"; "work limit" where the number of legs (of an oscillator 100 000 and
-        10 000 a period) is used up; "diverged" where a number overflowed, or under feedback and
-        where motions are stepped, where rounding became as large as the machine (at 2^53 times the
-        greatest of its stops' distances, what its forces displace, and the start); "broken law"
-        where a function of the user's raised an error or returned what cannot be. What was computed
-        until then is kept.
+        ``status``: "complete"; "work limit" if the greatest number of legs (for an oscillator 100
+        000 plus 10 000 per period) was reached; "diverged" if a number overflowed, or, under
+        feedback and for stepped motions, exceeded 2^53 times the size of the system (the greatest
+        of the distances of its stops, the displacement by its forces, and the initial state), where
+        rounding errors are as large as that size; "broken law" if a user's function raised an error
+        or returned an invalid value. Results up to that time are kept.
 
     Raises
     ------

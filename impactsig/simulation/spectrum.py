@@ -33,17 +33,17 @@ class PowerSpectrum(Shown):
     density : ndarray, shape (n,)
         Power spectral density [unit^2/Hz], of the unit of `quantity` in the oscillator's units.
     quantity : str
-        Whose it is: "displacement", "velocity" or a coordinate of a flow.
+        The quantity: "displacement", "velocity" or a coordinate of a flow.
     rate : float
         Samples per second [Hz].
     segments : int
-        Spans averaged over, each overlapping half of the next.
+        Number of segments averaged, with an overlap of one half.
     forcing_period : float or None
         Period of the forcing [s]; None where there is none.
     source : str
-        What moved.
+        The simulated system.
     in_seconds : bool
-        Whether frequencies are in Hz, and not in the unit of an oscillator that tells no seconds.
+        Whether frequencies are in Hz; False for an oscillator without a unit of time.
 
     See Also
     --------

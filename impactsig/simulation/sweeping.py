@@ -21,12 +21,12 @@ TOLERANCE = 1e-12  # of a step; the sum over a long run is then about 1e-11 of t
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SweptMotion(Motion):
-    """What an oscillator did under a swept force; whatever takes a `Motion` takes it.
+    """The simulated motion of an oscillator under a swept force, a `Motion`.
 
     Attributes
     ----------
     sweep : Swept
-        What moved; `system` is the oscillator with the swept force for its law.
+        The simulated system; `system` is the oscillator with the swept force as its law.
 
     See Also
     --------
@@ -45,12 +45,12 @@ class SweptMotion(Motion):
     _begin: float = field(repr=False, default=0.0)
 
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity once every turn of the swept force, at a phase of it [rad].
+        """Displacement and velocity once per cycle of the swept force, at a phase of it [rad].
 
         Returns
         -------
         x, v : ndarray, shape (n,)
-            One for each time in the span at which the force has that phase.
+            Displacement and velocity at each time in the span at which the force has that phase.
 
         Raises
         ------

@@ -103,7 +103,7 @@ def survey(
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     span : float
         How long it will, in its own unit of time.
     q, v : numpy.ndarray, shape (n,)

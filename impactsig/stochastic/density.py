@@ -20,16 +20,15 @@ class Density(Shown):
     edges : numpy.ndarray, shape (n + 1,)
         Of the cells.
     density : numpy.ndarray, shape (n,)
-        Mean density in each cell. What lay beyond the edges is not in any, so that the cells hold
-        ``1 - outside``.
+        Mean density in each cell. The integral over the cells is ``1 - outside``.
     standard_error : numpy.ndarray, shape (n,)
         Of the density, from the scatter between the paths.
     low, high : numpy.ndarray, shape (n,)
-        Band that holds the density of a cell with 95 %, cell by cell (Student's t).
+        95 % confidence band of the density, cell by cell (Student's t).
     outside : float
         Share of what was seen that lay beyond the edges.
     mean, sd : float
-        Mean and standard deviation, of all that was seen, in a cell or not.
+        Mean and standard deviation of all samples, in a cell or not.
     mean_error, sd_error : float
         Their standard errors.
 

@@ -41,41 +41,39 @@ class Ensemble(Shown):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     method : str
-        How it was moved.
+        Integration method.
     step : float
         Step [s].
     paths : int
-        Paths that went into the densities.
+        Number of paths in the densities.
     transient, duration : float
-        How long each path ran before it was looked at, and how long it was looked at [s]: what
-        was asked for, in whole looks.
+        Lengths of the transient and of the sampled span of each path [s]: the requested ones, in
+        multiples of `every`.
     every : float
-        Time from one look to the next [s].
-    energy, displacement, velocity : Density
-        Marginal densities with their moments.
+        Sampling interval [s]. energy, displacement, velocity : Density Marginal densities with
+        their moments.
     joint : JointDensity
         Density over displacement and velocity.
     effective_size : float
-        How many independent looks would tell the mean energy as well: variance of the energy by
-        that of its mean.
+        Number of independent samples with the same error of the mean energy: variance of the energy
+        divided by that of its mean.
     correlation_time : float
-        Integral of the energy's autocorrelation function [s], from 0 on, as the effective size
-        has it.
+        Integral of the autocorrelation function of the energy from 0 on [s], derived from the
+        effective size.
     time, mean_energy, mean_energy_error : numpy.ndarray, shape (slices,)
-        Course of the mean energy over the time looked at, after the transient, and its standard
-        error.
+        Mean energy over time after the transient, and its standard error.
     impact_rate, impact_rate_error : float
         Impacts per second, from the start on, and the standard error.
     drift : float
-        Mean energy of the second half of the time less that of the first, in standard errors.
-        Beyond 3 or 4 the transient was too short for a stationary density.
+        Mean energy of the second half of the time minus that of the first, in standard errors.
+        Above 3 or 4 the transient was too short for a stationary density.
     status : str
-        "complete", or "diverged": some paths came to no finite state, as a law makes that feeds
-        energy in or returns what is no number. They are left out of everything.
+        "complete", or "diverged" if the state of some paths became infinite or invalid, for example
+        because a law supplies energy. These paths are excluded.
     failed : int
-        How many paths that were.
+        Number of these paths.
 
     See Also
     --------
@@ -148,55 +146,54 @@ def simulate_ensemble(
 ) -> Ensemble:
     """Simulate many paths of an oscillator under noise, and estimate densities and moments.
 
-    The same seed gives the same bits, whatever the number of threads: path k draws its noise from
-    a generator that counts, keyed by the seed and k [SalmonEtAl2011]_.
+    The result for a seed is the same to the last bit for any number of threads: path k takes its
+    noise from a counter-based generator with a key from the seed and k [SalmonEtAl2011]_.
 
     The energy is ``m v^2 / 2 + k x^2 / 2 - load x - integral of law(0, s, 0) ds from 0 to x``, with
-    that of the springs of soft stops pressed.
+    that of the springs of soft stops in contact.
 
     Parameters
     ----------
     oscillator : Oscillator
-        What moves, with its noise.
+        The oscillator, with its noise.
     paths : int
-        How many, at least 2.
+        Number of paths, at least 2.
     periods, duration : float
-        How long to look at each: in forcing periods, or in seconds. Give one of them.
+        Length of the sampled span of each path, in forcing periods or in seconds. Give one of them.
     transient : float
-        How long to let it run before: in forcing periods with `periods`, in seconds with
-        `duration`.
+        Length of the transient: in forcing periods with `periods`, in seconds with `duration`.
     initial : array_like, shape (2,) or (paths, 2)
         Displacement and velocity at t = 0, one for all or one each. A filtered force starts from
         its stationary distribution.
     phase : float
         Phase of the forcing at t = 0 [rad].
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
     method : {"splitting", "runge-kutta", "zhuravlev", "gaussian"}
-        "splitting" solves flights with impacts, friction, and a kick by forces and noise in turn,
-        each exactly but for Heun's method in the kick; it moves every oscillator.
-        "runge-kutta" is the classical method with the noise held over a step, cut at the stop,
-        where the noise is split by a Brownian bridge; "zhuravlev" the same without cuts, in
-        Zhuravlev's coordinate, for one rigid stop [Zhuravlev1976]_. Under lossy impacts their
-        weak orders were measured as 1.8, 1.4 and 1.7.
-        "gaussian" draws a linear oscillator with rigid stops under white noise from its exact
-        transition, and looks between the steps by bridges; it has no error to speak of.
+        "splitting" alternates flights with impacts, friction, and impulses by forces and noise;
+        each part is exact, except for Heun's method for the impulses. It supports every oscillator.
+        "runge-kutta" is the classical method with constant noise over a step, divided at the stop,
+        where the noise is split by a Brownian bridge; "zhuravlev" is the same without division, in
+        Zhuravlev's coordinate, for one rigid stop [Zhuravlev1976]_. Their measured weak orders with
+        dissipative impacts are 1.8, 1.4 and 1.7. "gaussian" samples the exact transition of a
+        linear oscillator with rigid stops under white noise, with bridges between the steps; its
+        error is negligible.
     step : float, optional
-        Step [s]; by default a fifth of the fastest time scale: of oscillation, damping, contacts,
-        forcing and filter, and of the law where a few short paths go.
+        Time step [s]; by default a fifth of the fastest time scale of oscillation, damping,
+        contacts, forcing, filter, and of the law along a few short paths.
     every : float, optional
-        Time from one look to the next [s]; 8 steps by default. The forcing period makes the
-        density that of the stroboscopic section. Steps are shortened to fit.
+        Sampling interval [s], by default 8 steps. With the forcing period the density is that of
+        the stroboscopic section. Steps are shortened to fit.
     bins : int
         Cells of a marginal density, at least 8; half as many for each axis of the joint one.
     energy_range, displacement_range, velocity_range : (float, float), optional
-        What the cells span; by default what a few short paths meet and some more.
+        Ranges of the cells; by default those of a few short paths, with a margin.
     executor : {"threads", "gpu"}
-        What moves the paths. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``,
-        takes the splitting method of oscillators without functions of the user's; its noise is the
-        same, but its own functions of angles may change the last bits of a path.
+        Where the paths are computed. A GPU (NVIDIA, with ``impactsig[gpu]``) supports the splitting
+        method of oscillators without user-defined functions; its noise is the same, but its
+        trigonometric functions may change the last bits of a path.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -206,7 +203,7 @@ def simulate_ensemble(
     ------
     InvalidInput
         If an argument is out of its range, the step is larger than the fastest time scale, the
-        method cannot move this oscillator, or there is no GPU or one that cannot.
+        method does not support the oscillator, or there is no suitable GPU.
     MissingExtra
         If ``impactsig[gpu]`` is needed and not there.
 

@@ -29,13 +29,14 @@ class NoisyMotion(Moved):
     Attributes
     ----------
     system : Oscillator
-        What moved.
+        The simulated system.
     start, duration : float
         The span after the transient [s].
     time : numpy.ndarray, shape (n,)
-        Instants at which it was looked at, since the start of the simulation [s].
+        Stored instants, since the start of the simulation [s].
     x, v : numpy.ndarray, shape (n,)
-        Displacement and velocity there, against the ground, in the oscillator's units.
+        Displacement and velocity at these instants, relative to the ground, in the units of the
+        oscillator.
     impacts : Impacts
         Impacts and touches in the span, with their approach velocities.
     step : float
@@ -72,7 +73,7 @@ class NoisyMotion(Moved):
     def sample(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity at the sampled instants.
 
-        Between them only a probability is known, so no others are given.
+        Between these instants the path is not determined, so that other times raise an error.
 
         Parameters
         ----------
@@ -86,7 +87,7 @@ class NoisyMotion(Moved):
         Raises
         ------
         InvalidInput
-            If it was not looked at then, to a millionth of the time between two looks.
+            If a time is not a stored instant, within a millionth of the interval between two.
         """
         asked = reals("time", time, "instants at which the path was looked at")
         apart = self.time[1] - self.time[0] if len(self.time) > 1 else self.step
@@ -108,8 +109,8 @@ class NoisyMotion(Moved):
         Raises
         ------
         InvalidInput
-            If there is no forcing, or it was not looked at then: a period must be a whole number of
-            times `every` of `simulate`, and so must the time to that phase.
+            If there is no forcing, or the path was not stored at that phase: the period, and the
+            time to that phase, must be integer multiples of `every` of `simulate`.
         """
         period = self.system.forcing_period
         omega = None if period is None else TURN / period

@@ -25,23 +25,23 @@ class Study(Shown):
     """Values of a function on a grid of parameters.
 
     ``study["name"]`` is an observable as an array: the axes of the grid first, in the order of
-    `parameters`, then those that the observable itself has. What is not known is NaN; of whole
-    numbers it is the least that the type can hold, of unsigned ones the greatest.
+    `parameters`, then those of the observable itself. Unknown values are NaN; for integers the
+    smallest value of the type, for unsigned ones the largest.
 
     Attributes
     ----------
     parameters : dict of str to ndarray
         The values on each axis.
     observables : tuple of str
-        Names of what was worked out; "value" if the function gave no names.
+        Names of the observables; "value" if the function gave no names.
     done : ndarray of bool, shape of the grid
-        Which cells have been worked out, those with errors among them.
+        Which cells have been evaluated, including those with errors.
     errors : dict of tuple of int to str
-        What went wrong in the cells where something did, by their indices on the axes.
+        Error messages of the cells that failed, by their indices on the axes.
     attributes : dict of str to dict
-        What was said of axes and observables, such as their units.
+        Attributes of axes and observables, such as their units.
     directory : Path or None
-        Where it is kept.
+        Folder of the study, or None if it is in memory.
 
     See Also
     --------
@@ -90,8 +90,8 @@ class Study(Shown):
     def to_xarray(self) -> xarray.Dataset:
         """All observables as labelled arrays in memory.
 
-        A study larger than memory is opened by ``xarray.open_zarr(directory / "results.zarr",
-        consolidated=False)``, which reads what is asked for.
+        To open a study larger than memory, use
+        ``xarray.open_zarr(directory / "results.zarr", consolidated=False)``, which reads on demand.
 
         Raises
         ------
@@ -133,7 +133,7 @@ def open_study(directory: Any) -> Study:
     Parameters
     ----------
     directory : path-like
-        What was given to `sweep`.
+        The directory that was given to `sweep`.
 
     Raises
     ------

@@ -57,53 +57,53 @@ def sweep(
 ) -> Study:
     """Evaluate a function on every combination of its parameters.
 
-    The cells of the grid are worked out in tiles of about a second, in the caller's thread, on
-    threads, on processes, on a dask cluster or on a GPU. A cell depends on nothing but its
-    parameters and seed, so the results are the same, to the last bit, on all but the GPU; there,
-    see the notes.
+    The cells of the grid are evaluated in tiles of about a second, in the thread of the caller, on
+    threads, on processes, on a dask cluster or on a GPU. A cell depends only on its parameters and
+    seed, so that results are the same to the last bit on all executors except the GPU (see Notes).
 
-    With a directory each tile is on disk as soon as it is done. A study that is killed at any
-    instant, or stopped by Ctrl-C, goes on when it is called again with the same arguments: tiles
-    that are done are not worked out again. A worker process that dies is replaced. A cell whose
-    function raises (SystemExit too), or kills its worker twice, is missing from the results with
-    its error in `Study.errors`, and the study goes on. A KeyboardInterrupt that the function raises
-    stops the study as Ctrl-C does.
+    With a directory, each tile is stored on disk as soon as it is complete. A study that was
+    interrupted, by Ctrl-C or otherwise, continues when it is called again with the same arguments;
+    completed tiles are not evaluated again. A worker process that dies is replaced. A cell whose
+    function raises (including SystemExit), or kills its worker twice, is missing from the results,
+    with its error in `Study.errors`, and the study continues. A KeyboardInterrupt raised by the
+    function stops the study like Ctrl-C.
 
     Parameters
     ----------
     function : callable
-        Takes the parameters of a cell by name and returns a number, an array, or a dict or
-        NamedTuple of such, alike for all cells. Python's numbers become float64; NumPy's and
-        arrays keep their type, but that truth values become int8.
+        Function of the parameters of a cell, by name, that returns a number, an array, or a dict or
+        NamedTuple of these, with the same structure for all cells. Python numbers become float64;
+        NumPy numbers and arrays keep their type, except that booleans become int8.
     parameters : mapping of str to array_like, shape (n,)
-        The values of every parameter, an axis of the grid each.
+        The values of every parameter; each is an axis of the grid.
     vectorized : bool
-        The function, a numba kernel for example, takes an array of each parameter, shape
-        (cells,), and returns arrays of shape (cells, ...): it is called once a tile.
+        Whether the function, for example a numba kernel, takes an array of each parameter, shape
+        (cells,), and returns arrays of shape (cells, ...). It is then called once per tile.
     directory : path-like, optional
-        Where to keep the study; in memory only by default. Needs ``impactsig[studies]``.
+        Folder in which to store the study; by default it is in memory only. Needs
+        ``impactsig[studies]``.
     executor : {"serial", "threads", "processes", "gpu"}
-        Where cells are worked out. Threads are for functions that let go of the interpreter, such
-        as `impactsig.simulate` and kernels compiled with ``nogil=True``. A GPU is for functions of
-        one cell that numba can compile; it needs one of NVIDIA's, and ``impactsig[gpu]``.
+        Where cells are evaluated. Threads are for functions that release the global interpreter
+        lock, such as `impactsig.simulate` and kernels compiled with ``nogil=True``. A GPU (NVIDIA,
+        with ``impactsig[gpu]``) is for functions of one cell that numba can compile.
     workers : int, optional
-        Threads or processes; as many as there are cores unless given. The result does not depend
+        Number of threads or processes, by default the number of cores. The result does not depend
         on it.
     client : distributed.Client or str, optional
-        Work on this dask cluster, or on that of the scheduler at this address, in place of
-        `executor`. Needs ``impactsig[studies]`` here, and the same code there.
+        Dask client, or address of its scheduler, to use instead of `executor`. Needs
+        ``impactsig[studies]``, and the same code on the cluster.
     tile : int, optional
-        Cells in a tile, at most. By default cells are tried to see how many take about a second;
-        a study that is taken up again keeps its tiles.
+        Greatest number of cells in a tile. By default it is chosen by a trial such that a tile
+        takes about a second; a continued study keeps its tiles.
     seed : int, SeedSequence or Generator, optional
-        Makes a seed for every cell, a whole number of 64 bits that the function receives as
-        `seed` (a uint64 if numba has compiled it, an array of uint64 if `vectorized`): the same
-        for the same cell, whatever the tiles and the executor.
+        Seed from which a seed of 64 bits is derived for every cell, which the function receives as
+        `seed` (a uint64 if compiled by numba, an array of uint64 if `vectorized`). It does not
+        depend on tiles and executor.
     attributes : mapping of str to mapping, optional
-        What to say of axes and observables, such as ``{"frequency": {"units": "Hz"}}``; it goes
-        into the store, into xarray and onto figures.
+        Attributes of axes and observables, such as ``{"frequency": {"units": "Hz"}}``, for the
+        store, xarray and figures.
     progress : bool, optional
-        Whether to show how far it is; by default where a terminal or notebook is watching.
+        Whether to show a progress bar; by default only in a terminal or notebook.
 
     Returns
     -------
@@ -112,12 +112,12 @@ def sweep(
     Raises
     ------
     InvalidInput
-        If a parameter has no values, or some that are no finite numbers; if the directory holds a
-        study of other parameters or other code (it says which differ) or something else, or
-        another sweep is at work in it; if the function cannot be sent to other processes, or
-        cannot run on a GPU (it says why); if there is no cluster, or no GPU.
+        If a parameter has no values, or some are not finite; if the directory contains a study of
+        other parameters or other code (the error says which differ) or something else, or another
+        sweep is running in it; if the function cannot be sent to other processes, or cannot run on
+        a GPU; if there is no cluster, or no GPU.
     UnwritableFile
-        If the directory cannot be written, or the disk is full. What is done is kept.
+        If the directory cannot be written, or the disk is full. Completed tiles are kept.
     MissingExtra
         If a library of ``impactsig[studies]`` or ``impactsig[gpu]`` is needed and not there.
 
@@ -140,11 +140,11 @@ def sweep(
     On a GPU the function, plain or compiled by ``numba.njit``, runs from the same source, with a
     thread for each cell. It takes numbers and returns a number, or a tuple or NamedTuple of numbers
     or tuples of numbers, all of which become float64 or complex128. Arithmetic is in double
-    precision, each operation rounded by itself: sums, products, quotients and square roots have the
-    bits of a CPU. The functions of the mathematical library (sine, exponential, powers...) differ
-    by a few units in the last place, which chaos lets grow; so a GPU's study is another than a
-    CPU's, and they cannot share a directory. A cell that raises is missing with an error that
-    cannot say which; a division by zero does not raise but gives an infinity or NaN.
+    precision, each operation rounded separately: sums, products, quotients and square roots have
+    the same bits as on a CPU. Mathematical functions (sine, exponential, powers...) differ by a few
+    units in the last place, which grow in chaotic motions. Studies on GPU and CPU are therefore
+    different and cannot share a directory. The error of a cell that raises does not include its
+    message; a division by zero does not raise but gives an infinity or NaN.
 
     Examples
     --------

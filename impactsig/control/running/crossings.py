@@ -17,7 +17,7 @@ class Crossings:
     Parameters
     ----------
     flow : Flow
-        What flows.
+        The flow.
     signal : str or int
         The coordinate.
     level : float

@@ -75,18 +75,18 @@ class ControlledFlowMotion(Moved):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     duration : float
-        How far it came, from t = 0.
+        Duration of the motion, from t = 0.
     schedule : tuple of (float, DelayedFeedback or IntervalFeedback or None)
-        When which control began.
+        Start and controller, for each change of control.
     final : ndarray, shape (d,)
         State at the end.
     status : str
-        "complete"; "diverged" where a coordinate became a million times what it was without
-        control, as under a gain that blows up; "work limit".
+        "complete"; "diverged" if a coordinate exceeded a million times its size without control, as
+        under too large a gain; "work limit".
     spikes : Impacts or None
-        The crossings that an `IntervalFeedback` went by; None under delayed feedback.
+        The crossings that an `IntervalFeedback` used; None under delayed feedback.
 
     See Also
     --------

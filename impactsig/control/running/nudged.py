@@ -153,7 +153,7 @@ class SpannedRun:
     Parameters
     ----------
     oscillator, method, chatter, phase, initial
-        As of `simulate`.
+        As in `simulate`.
     phases : tuple of (float, controller or None)
         Which controller is on from when [forcing periods].
     """

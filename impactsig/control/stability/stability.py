@@ -42,16 +42,16 @@ class ControlledStability(Shown):
     orbit : PeriodicOrbit or FlowOrbit
         The orbit, on which the control force vanishes.
     feedback : DelayedFeedback or IntervalFeedback
-        What controls it.
+        The feedback.
     growth : float
-        Factor by which differences grow in one period of the orbit; below 1 it is stable. The
-        modulus of the greatest multiplier, where there is one.
+        Factor by which deviations grow in one period of the orbit; the orbit is stable if it is
+        below 1. If there are multipliers, the largest modulus.
     error : float
-        Standard error of its logarithm; 0 where it is that of a multiplier.
+        Standard error of the logarithm of `growth`; 0 if there are multipliers.
     multipliers : ndarray of complex
-        The greatest Floquet multipliers over the orbit's period, the greatest in modulus first.
-        None of them where the map of differences is not linear: see `orbit_stability`. Of a flow
-        whose rates do not depend on time, all but the one that is 1, along the orbit.
+        The Floquet multipliers of largest modulus over the period of the orbit, in descending
+        order. Empty if the map of deviations is not linear, see `orbit_stability`. For an
+        autonomous flow, without the trivial multiplier 1 along the orbit.
 
     See Also
     --------
@@ -109,29 +109,31 @@ def orbit_stability(
 ) -> ControlledStability:
     """Growth or decay of deviations from an orbit under delayed feedback.
 
-    The motion with its delay is linearised about the orbit, with saltation at the events, and
-    solved piece by piece by Chebyshev collocation [Trefethen2000]_. Where displacements are fed
-    back, or stops are soft, or a flow is controlled, the map over a period is linear, and its
-    multipliers are worked out. Friction that turns, holds and lets go is among the events. A rest
-    at a rigid stop leaves nothing of a difference: the one multiplier is then the memory, or 0.
+    The delay equation is linearised about the orbit, with saltation at the events, and solved
+    piecewise by Chebyshev collocation [Trefethen2000]_. For feedback of displacements, for soft
+    stops and for flows, the map over a period is linear, and its multipliers are computed. Events
+    include those of friction, where the mass reverses, sticks or is released. After a rest at a
+    rigid stop no deviation remains; the only multiplier is then the memory, or 0.
 
-    Where velocities are fed back and a stop is rigid, it is not, however small the differences
-    are: an impact that comes ds later than the delayed one leaves for that time a control force of
-    finite height, gain times the jump of the velocity, or the limit. Its impulse is proportional
-    to ds, but has the same sign before and after the impact, which returns only the restitution's
-    share of it. So differences of opposite sign do not grow alike, there are no multipliers, and
-    the limit matters to stability; `growth` is then the mean over many periods.
+    For feedback of velocities at a rigid stop the map is not linear, however small the deviations
+    are. An impact that is ds later than the delayed one causes a control force of finite height
+    (gain times the jump of the velocity, or the limit) for a time ds. Its impulse is proportional
+    to ds, but has the same sign before and after the impact, and an impulse before the impact is
+    multiplied by the restitution coefficient. Deviations of opposite signs therefore grow
+    differently, there are no multipliers, and the limit affects stability; `growth` is then the
+    mean over many periods.
 
-    Under `IntervalFeedback` the map from spike to spike is linearised, and its multipliers are
-    those of that map with the feedback. An offset counts as part of the orbit's system.
+    Under `IntervalFeedback` the map from spike to spike is linearised, with the feedback included.
+    An offset counts as part of the system of the orbit.
 
     Parameters
     ----------
     orbit : PeriodicOrbit or FlowOrbit
-        Stable or not.
+        The orbit, stable or unstable.
     feedback : DelayedFeedback or IntervalFeedback
-        A delay of DelayedFeedback is a multiple of the orbit's period; a target of
-        IntervalFeedback is the interval between its spikes, a delay a multiple of their number.
+        The feedback. The delay of a DelayedFeedback must be a multiple of the period of the orbit.
+        The target of an IntervalFeedback must be the interval between the spikes of the orbit, its
+        delay a multiple of their number.
     laps : int
         Periods of the orbit over which the mean is taken.
 
@@ -142,9 +144,9 @@ def orbit_stability(
     Raises
     ------
     InvalidInput
-        If the orbit was not found, or has a stop whose loss goes by the approach velocity, the
-        delay is no multiple of its period, or velocities are fed back on an orbit that sticks
-        under friction greater at rest than in motion.
+        If the orbit was not found, or has a stop whose loss depends on the approach velocity; if
+        the delay is not a multiple of the period; or if velocities are fed back on an orbit that
+        sticks under friction with a static force greater than the kinetic one.
 
     See Also
     --------
@@ -216,17 +218,17 @@ def stability_chart(
     delays : sequence of int, optional
         Delays in periods of the orbit; 1, 2 and 3 unless given.
     limit, signal, memory
-        As of `DelayedFeedback`.
+        As in `DelayedFeedback`.
     laps : int
-        As of `orbit_stability`.
+        As in `orbit_stability`.
     **options
-        As of `sweep`: executor, workers, store.
+        As in `sweep`: executor, workers, store.
 
     Returns
     -------
     Study
-        Of "growth", with the parameters "gain" and "delay" [forcing periods, or the flow's unit of
-        time]; see `impactsig.plot.stability_chart`.
+        The observable "growth" over the parameters "gain" and "delay" [forcing periods, or the unit
+        of time of the flow]; see `impactsig.plot.stability_chart`.
 
     Raises
     ------

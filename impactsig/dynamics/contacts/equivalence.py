@@ -33,11 +33,11 @@ class ContactSamples:
     Attributes
     ----------
     amplitude, angular_frequency, phase : numpy.ndarray
-        Of the forcing: A, omega, and the phase at the touch [rad].
+        Amplitude A, angular frequency omega, and phase of the forcing at the touch [rad].
     velocity : numpy.ndarray
         Approach velocity.
     damping_ratio : numpy.ndarray
-        Damping of the oscillator as a share of the critical (zeta).
+        Damping of the oscillator as a fraction of critical damping (zeta).
     gap : float
         Where the stop is.
 
@@ -107,12 +107,12 @@ class ContactSamples:
         count : int
             How many.
         amplitude, angular_frequency, velocity, damping_ratio : (float, float)
-            Least and greatest. The paper's ranges are not in the text that is left; these are
+            Range of each. The ranges are not given in the available text of the paper; these are
             our choice.
         gap : float
             Where the stop is; 1 is our choice.
         seed : int, SeedSequence or Generator, optional
-            The same seed gives the same result; a Generator is drawn from and moves on.
+            The same seed gives the same result; a Generator is advanced.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class EquivalenceError(Shown):
     velocity : numpy.ndarray
         e_1 of every contact, shape (contacts,).
     contact_time : numpy.ndarray
-        e_2 likewise.
+        e_2 of every contact.
     stop : KelvinVoigt
         The soft stop.
     restitution : float
@@ -178,8 +178,8 @@ def equivalence_error(
 ) -> EquivalenceError:
     """Difference between a soft and a rigid stop: e_g over contacts [Tian]_.
 
-    Each contact is followed by the exact flow to the instant at which its depth is zero again,
-    which cannot be missed; there is no time step.
+    Each contact is computed by the exact flow up to the instant at which its depth is zero again,
+    without a time step.
 
     Parameters
     ----------
@@ -234,13 +234,14 @@ class SoftStopFit(Shown):
     course : numpy.ndarray
         Least e_g so far, after each generation.
     evaluations : int
-        How often e_g was worked out.
+        Number of evaluations of e_g.
     converged : bool
-        Whether all members of the last generation agreed; if not, the evaluations were spent.
+        Whether all members of the last generation agreed; if not, the limit of `evaluations` was
+        reached.
     at_edge : tuple of str
-        Which of "stiffness" and "damping" stand at an edge of the box, so that a wider box would
-        give another stop. The contact time falls without end as the stiffness grows: the
-        stiffness always does.
+        Which of "stiffness" and "damping" are at a bound, so that wider bounds would give another
+        stop. The stiffness always is, since the contact time decreases with increasing stiffness
+        without a limit.
 
     See Also
     --------
@@ -273,23 +274,24 @@ def fit_soft_stop(
 ) -> SoftStopFit:
     """Find the soft stop with the least e_g, by annealed differential evolution [Tian]_.
 
-    The search goes over the logarithms of stiffness and damping: differential evolution towards
-    the best member, whose members adapt their own step and crossover, with Metropolis' acceptance
-    of worse trials at a falling temperature. Values beyond the box are put on its edge.
+    The search variables are the logarithms of stiffness and damping. The method is differential
+    evolution towards the best member, with self-adapting step and crossover, and Metropolis
+    acceptance of worse trials at a decreasing temperature. Values outside the bounds are set to the
+    bounds.
 
     Parameters
     ----------
     restitution : float
         Restitution coefficient of the rigid stop, 0 to 1.
     stiffness, damping : (float, float)
-        The box, in the units of `equivalence_error`; the greatest stiffness is the paper's, the
-        rest our choice.
+        Bounds, in the units of `equivalence_error`; the greatest stiffness is that of the paper,
+        the others are our choice.
     samples : ContactSamples, optional
         The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
     seed : int, SeedSequence or Generator, optional
-        Of the search. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the search. The same seed gives the same result; a Generator is advanced.
     evaluations : int
-        How often e_g may be worked out.
+        Greatest number of evaluations of e_g.
 
     Raises
     ------

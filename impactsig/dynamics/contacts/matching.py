@@ -30,12 +30,13 @@ def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
     Parameters
     ----------
     first, second : array_like, shape (n, 2)
-        Displacement and velocity, ``np.column_stack(motion.stroboscopic())``; as many of either.
+        Displacement and velocity, ``np.column_stack(motion.stroboscopic())``; the same number of
+        points in both.
 
     Raises
     ------
     InvalidInput
-        If a set is not of that shape, or has other numbers than finite ones.
+        If a set has another shape, or a value is not finite.
 
     See Also
     --------
@@ -78,11 +79,11 @@ class MatchRate(Shown):
     x, y : numpy.ndarray
         The values of both parameters.
     below : float
-        What counts as the same.
+        Greatest distance of a match.
     failed : int
         Cells in which a motion ended early; they count as no match.
     names : (str, str)
-        What the parameters are called: what the first family calls them.
+        Names of the parameters, as in the first family.
 
     See Also
     --------
@@ -124,8 +125,8 @@ def match_rate(
 ) -> MatchRate:
     """Share of a parameter plane in which two families of oscillators agree [Tian]_.
 
-    Both are run from the same start in every cell; what is compared are their stroboscopic sets
-    after the transient, by `strobe_distance`.
+    Both are simulated from the same start in every cell, and their stroboscopic sets after the
+    transient are compared by `strobe_distance`.
 
     Parameters
     ----------
@@ -135,15 +136,15 @@ def match_rate(
     x, y : array_like
         Values of the first and of the second parameter.
     periods, transient : int
-        Forcing periods that are compared, and that are left out before.
+        Numbers of forcing periods that are compared, and that are discarded before.
     initial : (float, float)
         Displacement and velocity at the start.
     phase : float
         Phase of the forcing at the start, as for `simulate`.
     below : float
-        The distance from which on a cell does not match; 0.1 in the paper.
+        Cells with a smaller distance match; 0.1 in the paper.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------

@@ -33,14 +33,15 @@ class Attractor(Shown):
     Attributes
     ----------
     strobe : numpy.ndarray, shape (periods, d)
-        Displacement and velocity at the phase of the strobe, one a forcing period; of a cantilever
-        those of its first mode, of a flow its states on the section.
+        Stroboscopic points: displacement and velocity, one per forcing period; for a cantilever
+        those of its first mode, for a flow its states on the section.
     periods, impacts : int
-        period(m, n): how many impacts in how many forcing periods; of a flow both count its returns
-        to the section, (1, 0) is rest.
+        n and m of period(m, n): m impacts in n forcing periods. For a flow both count returns to
+        the section, and (1, 0) is rest.
     radius : float
-        A start, or a strobe, within this distance of one of its points (velocity over forcing
-        frequency) was taken to end here; 0 where every motion was followed until it closed.
+        A start, or a stroboscopic point, within this distance of one of its points (with velocity
+        divided by the forcing frequency) was assigned to this attractor; 0 if every motion was
+        simulated until it closed.
 
     See Also
     --------
@@ -70,21 +71,21 @@ class Basins(Shown):
     Attributes
     ----------
     labels : numpy.ndarray, shape (len(v), len(x))
-        Which of the attractors a start ends at; -1 where its orbit had not closed.
+        Index of the attractor that a start leads to; -1 if its orbit did not close.
     attractors : tuple of Attractor
-        In the order of their shares.
+        The attractors, in descending order of their shares.
     shares, intervals : numpy.ndarray, shapes (n,) and (n, 2)
-        Share of the starts each attractor has, with 95 % intervals (Wilson) as if the starts had
-        been drawn.
+        Fraction of the starts that lead to each attractor, with 95 % intervals (Wilson) as for
+        random starts.
     open_share : float
-        Share of the starts whose orbit had not closed: chaos, or too few periods.
+        Fraction of the starts whose orbit did not close: chaos, or too few periods.
     x, v : numpy.ndarray
         The starts.
     failed : int
         Starts whose motion ended early; they count as not closed.
     rechecked, differing : int
-        How many starts were followed without being caught, until their own orbit closed, and how
-        many of these ended elsewhere than where they are caught.
+        Number of starts that were simulated again until their own orbit closed, and the number of
+        these that led to another attractor.
 
     See Also
     --------
@@ -129,41 +130,38 @@ def basins_of_attraction(
 ) -> Basins:
     """Basins of attraction: the attractor that each start of a grid leads to.
 
-    Each is strobed once a forcing period until its orbit closes: until it is back with what is
-    left of the transient, as it shrinks, below `closed`. The orbits are matched by their points.
-    A start is spared the end of its way once it comes near a point of an attractor that is known,
-    nearer than rings of starts around that point from all of which the motion was seen to come
-    back.
+    Each motion is sampled once per forcing period until its orbit closes, that is until it returns
+    and the estimated rest of the transient is below `closed`. Orbits with the same points are one
+    attractor. A motion ends earlier if it comes near a point of a known attractor, closer than
+    rings of starts around that point from all of which the motion was seen to return.
 
     Parameters
     ----------
     system : Oscillator, Cantilever, Flow or Controlled
-        What moves, which is an oscillator under OGY where it is controlled. An oscillator or a
-        cantilever is under forcing that recurs. What is not an oscillator that is linear between
-        events is followed start by start.
+        The system; a controlled one must be an oscillator under OGY. Oscillators and cantilevers
+        need periodic forcing. Systems other than oscillators that are linear between events are
+        simulated start by start.
     x, v : array_like
-        Displacements and velocities of the starts, against the ground; of a cantilever those of its
-        first mode, with the others at rest; of a flow its first two coordinates, with the others as
-        they are in its initial state. Starts beyond a rigid stop are refused.
+        Displacements and velocities of the starts, relative to the ground; for a cantilever those
+        of its first mode, with the others at rest; for a flow its first two coordinates, with the
+        others as in its initial state. Starts beyond a rigid stop are an error.
     phase : float
         Phase of the forcing at the starts and strobes [rad]. Not for flows.
     section : (str or int, float), optional
-        Of flows: name or number of a coordinate, and the level that it crosses upwards; a motion
-        closes in its returns to it, or where it comes to rest.
+        For flows: name or number of a coordinate, and the level that it crosses upwards. A motion
+        closes by its returns to this section, or by coming to rest.
     periods : int
-        Forcing periods, or returns of a flow, after which an orbit that has not closed is left
-        open.
+        Greatest number of forcing periods, or of returns of a flow.
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     catch : bool
-        Whether to end a motion near an attractor that is known. Without it every motion is
-        followed until its own orbit closes. The result tells how many starts were followed again
-        without it, and how many ended elsewhere.
+        Whether to end a motion near a known attractor; otherwise every motion is simulated until
+        its own orbit closes. `Basins.rechecked` starts are simulated again without this shortcut,
+        and `Basins.differing` of them lead elsewhere.
     executor : {"threads", "gpu"}
-        What moves the oscillator from its starts, as for `simulate_many`; a GPU takes no other
-        system.
+        Where the oscillator is computed, as for `simulate_many`; a GPU takes no other system.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -172,7 +170,7 @@ def basins_of_attraction(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the forcing does not recur.
+        If an argument is out of range, or the forcing is not periodic.
 
     See Also
     --------

@@ -40,18 +40,18 @@ class PeriodicityChart(Shown):
     Attributes
     ----------
     periods : numpy.ndarray, shape (len(y), len(x))
-        Forcing periods n of the orbit; 0 where it has not closed, as where the forcing does not
-        recur (`Oscillator.forcing_recurs`).
+        Number n of forcing periods of the orbit; 0 if it did not close, for example because the
+        forcing is not periodic (`Oscillator.forcing_recurs`).
     impacts : numpy.ndarray of int
-        Impacts m in as many periods, likewise; -1 where it has not closed.
+        Impacts m in as many periods, -1 where it has not closed.
     followed : numpy.ndarray of int
-        Forcing periods that were followed.
+        Number of forcing periods that were simulated.
     failed : numpy.ndarray of bool
         Where a motion ended early.
     x, y : numpy.ndarray
         Values of the parameters.
     names : (str, str)
-        What they are called: what the scene calls them.
+        Their names, as in the scene.
 
     See Also
     --------
@@ -105,23 +105,23 @@ def periodicity_chart(
 ) -> PeriodicityChart:
     """Chart of period(m, n) over a plane of two parameters, every cell from the same start.
 
-    A cell is strobed once a forcing period; its orbit has closed after n periods when it is back
-    with what is left of the transient, as it shrinks, below `closed`, after as many impacts. Where
-    that takes long, its orbit is the one that Newton's method finds beside it, if that is stable
-    and the motion comes nearer to it as its multipliers say.
+    The motion of a cell is sampled once per forcing period. Its orbit has closed after n periods if
+    it returns, after the same number of impacts, and the estimated rest of the transient is below
+    `closed`. If that takes long, the orbit is found by Newton's method, and accepted if it is
+    stable and the motion approaches it at the rate of its multipliers.
 
     Parameters
     ----------
     scene : callable
         The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a pair of parameters,
-        such as ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. All but
-        oscillators run for all `periods`, and have closed where the last strobes have returned
-        within `closed`, after at most a quarter of these. Of a flow both n and m count returns to
-        the section; (1, 0) is rest.
+        such as ``lambda gamma, friction: scenes.begley_virgin(gamma, 1.5, friction)``. Systems
+        other than oscillators are simulated for all `periods`; their orbit has closed if the last
+        stroboscopic points return within `closed`, after at most a quarter of the periods. For a
+        flow both n and m count returns to the section, and (1, 0) is rest.
     x, y : array_like
         Values of the first and of the second parameter.
     periods : int
-        Forcing periods, or returns of a flow, that a cell is followed for.
+        Greatest number of forcing periods, or of returns of a flow, for each cell.
     initial : optional
         State at the start, as for `simulate`; at rest, or that of the flow, unless given.
     phase : float
@@ -131,12 +131,12 @@ def periodicity_chart(
     closed : float
         Tolerance as a share of the size of displacement and velocity.
     skip : bool
-        Whether a cell ends as soon as its orbit has closed or been found, which is looked for after
-        24, 48, 96, ... periods; the orbit is the same without it.
+        Whether a cell ends as soon as its orbit has closed or been found by Newton's method, which
+        is tried after 24, 48, 96, ... periods. The orbit is the same without it.
     executor : {"threads", "gpu"}
-        What moves the oscillators, as for `simulate_many`; a GPU takes no other systems.
+        Where the oscillators are computed, as for `simulate_many`; a GPU takes no other systems.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def periodicity_chart(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the scene makes no oscillator.
+        If an argument is out of range, or the scene does not return a system.
 
     See Also
     --------

@@ -34,35 +34,34 @@ class BifurcationDiagram(Shown):
     values : numpy.ndarray, shape (n,)
         Values of the parameter.
     strobe : tuple of numpy.ndarray
-        For each value displacement and velocity once a forcing period, shape (k, 2), or the states
-        of a flow where it crosses the section, shape (k, d); of an orbit that has closed, its
+        For each value, displacement and velocity once per forcing period, shape (k, 2), or the
+        states of a flow on the section, shape (k, d). For an orbit that has closed, each of its
         points once.
     velocity : tuple of numpy.ndarray
-        For each value the approach velocities of its impacts over the same span; of a flow the
-        rates of the coordinate at its crossings.
+        For each value, the approach velocities of the impacts in the same span; for a flow, the
+        rates of change of the coordinate at its crossings.
     periods, impacts : numpy.ndarray of int, shape (n,)
-        period(m, n): impacts m in n forcing periods of the orbit; 0 and -1 where it has not closed.
-        Of a flow both count its returns to the section: (1, 0) at rest.
+        n and m of period(m, n), m impacts in n forcing periods; 0 and -1 if the orbit did not
+        close. For a flow both count returns to the section, and (1, 0) is rest.
     impacts_per_period : numpy.ndarray, shape (n,)
-        a_i.
+        Mean number of impacts per forcing period, a_i.
     energy_per_period : numpy.ndarray, shape (n,)
-        Energy lost at stops, relative to them, and by friction in a forcing period; NaN of a
-        cantilever before a soft stop, of a flow, under control and under noise.
+        Energy lost at stops, relative to them, and by friction, per forcing period; NaN for a
+        cantilever with a soft stop, for a flow, under control and under noise.
     kinetic_energy_per_period : numpy.ndarray, shape (n,)
-        Change of the body's kinetic energy in impacts in a forcing period, against the ground
-        (`Motion.kinetic_energy_gained`): a_e of [Okolewski2021]_. NaN of a cantilever, of a flow,
-        under control and under noise.
+        Change of the kinetic energy of the body, relative to the ground, in impacts, per forcing
+        period (`Motion.kinetic_energy_gained`): a_e of [Okolewski2021]_. NaN for a cantilever, for
+        a flow, under control and under noise.
     sticking : numpy.ndarray, shape (n,)
-        Share of the time at rest against a stop or held by friction; NaN of a flow and under noise.
+        Fraction of the time at rest at a stop or under friction; NaN for a flow and under noise.
     exponents : numpy.ndarray, shape (n, d), or None
-        Lyapunov exponents per unit of the oscillator's time, where they were asked for: of an orbit
-        that has closed from its multipliers, of any other over the span. -inf where neighbours
-        become one.
+        Lyapunov exponents per unit of time of the oscillator, if requested: from the multipliers of
+        an orbit that has closed, otherwise over the span. -inf for a direction that collapses.
     status : tuple of str
-        As of `Motion`, for each value; "no return" of a flow that neither crosses its section nor
-        comes to rest. What is not known of a motion that ended early is NaN.
+        As in `Motion`, for each value; "no return" for a flow that neither crosses its section nor
+        comes to rest. Unknown quantities of a motion that ended early are NaN.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -131,10 +130,10 @@ def bifurcation_diagram(
 ) -> BifurcationDiagram:
     """Bifurcation diagram of a system over one parameter.
 
-    An oscillator ends as soon as its orbit has closed. A cantilever, and an oscillator that is
-    controlled, run for as long as is asked, and their orbit is looked for in the strobes, of a
-    cantilever in those of all its modes. A flow is looked at where it crosses a section, and its
-    returns to it are its periods. Under noise nothing closes, and the strobes are of one path.
+    The simulation of an oscillator ends as soon as its orbit has closed. Cantilevers and controlled
+    oscillators are simulated for the full time, and their orbit is determined from the stroboscopic
+    points (of a cantilever in all its modes). A flow is sampled at a section, and its returns count
+    as periods. Under noise no orbit closes, and the stroboscopic points are those of one path.
 
     Parameters
     ----------
@@ -142,9 +141,10 @@ def bifurcation_diagram(
         The `Oscillator`, `Cantilever`, `Flow` or `Controlled` oscillator for a value of the
         parameter, such as ``scenes.karpodinis``.
     values : array_like
-        Values of the parameter; with `carry` in the order in which they are gone through.
+        Values of the parameter; with `carry`, in the order of the continuation.
     periods, transient : int
-        Forcing periods, or returns of a flow, that are looked at, and that are left out before.
+        Numbers of forcing periods, or of returns of a flow, that are evaluated, and that are
+        discarded before.
     initial : optional
         State at the start, as for `simulate`; at rest, or that of the flow, unless given.
     phase : float
@@ -152,21 +152,21 @@ def bifurcation_diagram(
     section : (str or int, float), optional
         Of flows: name or number of a coordinate, and the level that it crosses upwards.
     carry : bool
-        Start each value where the last one ended, relative to the stops and with its velocity by
-        the forcing frequency, instead of at `initial`. Then the values go one by one. Of
-        oscillators only.
+        Whether to start each value at the final state of the previous one instead of at `initial`,
+        with the displacement relative to the stops and the velocity scaled by the forcing
+        frequency. The values are then computed one after another. Only for oscillators.
     exponents : bool
-        Whether to work out the Lyapunov exponents. Not under control or noise.
+        Whether to compute the Lyapunov exponents. Not under control or noise.
     closed : float
-        Tolerance within which an orbit closes, as a share of the size of displacement and velocity.
-        Where the transient is too short for it, the orbit is looked for as in `periodicity_chart`.
+        Tolerance of the return of an orbit, relative to the size of displacement and velocity. If
+        the transient is too short for it, the orbit is found as in `periodicity_chart`.
     skip : bool
-        Whether a motion ends as soon as its orbit has closed, and the rest is known from it.
+        Whether a simulation ends as soon as its orbit has closed, since the rest follows from it.
     seed : int, SeedSequence or Generator, optional
-        Of the noise, which is another for each value. The same seed gives the same result; a
-        Generator is drawn from and moves on.
+        Seed of the noise, which differs between values. The same seed gives the same result; a
+        Generator is advanced.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def bifurcation_diagram(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the scene makes no oscillator.
+        If an argument is out of range, or the scene does not return a system.
 
     See Also
     --------

@@ -24,13 +24,13 @@ class OrbitPeriod(Shown):
     periods : int or None
         n; None where the motion does not return within the tolerance.
     impacts : int or None
-        m, listed one by one: where a chatter is among them it depends on where that is cut off.
+        m, the number of listed impacts; with chatter it depends on where the chatter is cut off.
     sticks : int or None
         Sticks in n periods.
     residual : float
-        How far off the best return is: relative to the size of the motion, over the last n returns.
+        Greatest distance of the last n returns for the best n, relative to the size of the motion.
     tolerance : float
-        What a return may be off by.
+        Greatest distance of a return, relative to the size of the motion.
 
     See Also
     --------
@@ -64,26 +64,25 @@ def orbit_period(
 ) -> OrbitPeriod:
     """Period of a motion: the least n after which the stroboscopic point returns.
 
-    The last n points must all be where those n before them were, within the tolerance: relative to
-    the greatest of ``hypot(x, v / omega)`` of them all, less their mean.
+    The last n points must coincide with the n points before them within the tolerance, which is
+    relative to the maximum of ``hypot(x, v / omega)`` of all points about their mean.
 
     Parameters
     ----------
     motion : Motion
-        Of `simulate`, past its transient, over at least 2 n forcing periods.
+        From `simulate`, past its transient, over at least 2 n forcing periods.
     longest : int
-        Greatest n to look for.
+        Greatest n to try.
     tolerance : float
-        Greatest distance of a return from its start. A motion that is still settling returns no
-        closer than the rest of its transient.
+        Greatest distance of a return. The rest of the transient limits how closely a motion
+        returns.
     phase : float
         Phase of the strobe [rad].
 
     Raises
     ------
     InvalidInput
-        If the motion is not forced, or its forcing does not recur, or there are fewer than 2
-        points.
+        If the motion is not forced, its forcing is not periodic, or there are fewer than 2 points.
 
     See Also
     --------

@@ -34,16 +34,16 @@ class ResponseSpectrum(Shown):
     values : numpy.ndarray, shape (n,)
         Values of the parameter.
     greatest, least : numpy.ndarray, shape (n,)
-        Displacement; NaN where a motion ended early.
+        Greatest and least displacement; NaN where a motion ended early.
     sticking : numpy.ndarray, shape (n,)
-        Share of the time at rest against a stop or held by friction, likewise.
+        Fraction of the time at rest at a stop or under friction; NaN where a motion ended early.
     periods : numpy.ndarray of int, shape (n,)
-        Forcing periods of the orbit; 0 where it has not closed, and the extremes are those of the
-        periods that were looked at.
+        Forcing periods of the orbit; 0 if it did not close, in which case the extremes are those of
+        the evaluated periods.
     status : tuple of str
-        As of `Motion`, for each value.
+        As in `Motion`, for each value.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -86,7 +86,7 @@ def response_spectrum(
 ) -> ResponseSpectrum:
     """Extremes of the displacement over one parameter, once the motion has settled.
 
-    Of a cantilever it is the tip that swings, of a flow the coordinate of the section.
+    For a cantilever it is the displacement of the tip, for a flow the coordinate of the section.
 
     Parameters
     ----------
@@ -96,18 +96,18 @@ def response_spectrum(
     values : array_like
         Values of the parameter.
     periods, transient : int
-        Forcing periods, or returns of a flow, that are looked at where the orbit does not close,
-        and that are left out before. Of an orbit that closes, the rest of the transient is left
-        out.
+        Numbers of forcing periods, or of returns of a flow, that are evaluated if the orbit does
+        not close, and that are discarded before. If the orbit closes during the transient, the rest
+        of the transient is skipped.
     initial : optional
         State at the start, as for `simulate`; at rest, or that of the flow, unless given.
     section : (str or int, float), optional
-        Of flows: name or number of the coordinate whose extremes are wanted, and a level that it
-        crosses upwards, by which its returns are counted.
+        For flows: name or number of the coordinate whose extremes are evaluated, and a level that
+        it crosses upwards, which defines its returns.
     closed : float
-        Tolerance within which an orbit closes, as for `bifurcation_diagram`.
+        Tolerance of the return of an orbit, as for `bifurcation_diagram`.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def response_spectrum(
     Raises
     ------
     InvalidInput
-        If an argument is out of range, or the scene makes no oscillator.
+        If an argument is out of range, or the scene does not return a system.
 
     See Also
     --------

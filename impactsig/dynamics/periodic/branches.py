@@ -45,26 +45,26 @@ class Branch(Shown):
     Attributes
     ----------
     periods, impacts : int
-        period(m, n) of all of them; (0, 1) of a flow.
+        n and m of period(m, n), the same along the branch; 1 and 0 for a flow.
     parameter : ndarray, shape (k,)
-        Its values; not monotonic where the branch folds.
+        Values of the parameter; not monotonic if the branch folds.
     state : ndarray, shape (k, d)
-        State on the section, as that of a `PeriodicOrbit`, or one on the orbit of a flow.
+        State on the section, as in `PeriodicOrbit`, or a state on the orbit of a flow.
     phase : ndarray, shape (k,)
-        Phase of the forcing at the section [rad]: moved away from impacts that come near it.
+        Phase of the forcing at the section [rad], which is moved away from nearby impacts.
     period : ndarray, shape (k,)
-        After which the orbit closes [s].
+        Period of the orbit [s].
     multipliers : ndarray of complex, shape (k, d)
         Floquet multipliers over the orbit.
     approach_velocity : ndarray, shape (k, m)
-        Of each impact.
+        Approach velocity of each impact.
     special : tuple of SpecialPoint
         Folds, period doublings and the grazing at its end, in order.
     status : str
-        Why it ends: "end of range", "grazing", "most points", or "lost", where no next orbit was
-        found.
+        Why the branch ends: "end of range", "grazing", "most points", or "lost" if no further orbit
+        was found.
     forced : bool or None
-        Of a flow: whether its rates depend on time; if not, one multiplier is 1 throughout.
+        For a flow, whether it is non-autonomous; otherwise one multiplier is 1 throughout.
 
     See Also
     --------

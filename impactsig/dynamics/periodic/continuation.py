@@ -32,25 +32,25 @@ def continue_orbit(
 ) -> Branch:
     """Continue a periodic orbit in a parameter, around folds, until it grazes.
 
-    Pseudo-arclength continuation of the fixed point of the stroboscopic map [Keller1977]_, with
-    its derivative from `tangent_map`; of a flow, of state and period of the orbit. Folds and
-    period doublings are located on the branch by bisection. Where an impact comes with no velocity,
-    or one more stop is touched, the derivative of the map has no limit [Nordmark1991]_: there the
-    branch of period(m, n) ends, and the parameter is found to which its least approach velocity, or
-    its clearance, goes to zero.
+    Pseudo-arclength continuation of the fixed point of the stroboscopic map [Keller1977]_, with its
+    derivative from `tangent_map`; of a flow, of state and period of the orbit. Folds and period
+    doublings are located on the branch by bisection. At grazing, where an approach velocity becomes
+    zero or another stop is touched, the derivative of the map is unbounded [Nordmark1991]_. The
+    branch of period(m, n) ends there, and the parameter at which its least approach velocity or its
+    clearance vanishes is located.
 
     Parameters
     ----------
     scene_of_parameter : callable
-        Gives the oscillator, the cantilever, the flow or the controlled oscillator for a value of
-        the parameter.
+        Returns the oscillator, cantilever, flow or controlled oscillator for a value of the
+        parameter.
     values : (float, float)
-        Where to begin and where to end; the branch also ends where a fold leads it back out of the
-        range.
+        First and last value of the parameter. The branch also ends if it leaves this range after a
+        fold.
     periods, period, guess, impacts, phase, method, tolerance
-        The orbit to begin with, as for `find_periodic_orbit`.
+        The first orbit, as for `find_periodic_orbit`.
     most : int
-        Points after which to stop.
+        Greatest number of points.
 
     Returns
     -------
@@ -59,8 +59,8 @@ def continue_orbit(
     Raises
     ------
     InvalidInput
-        If an argument is out of its range, the forcing does not recur (`Oscillator.forcing_recurs`)
-        at some value of the parameter, or no orbit is found to begin with.
+        If an argument is out of its range, the forcing is not periodic
+        (`Oscillator.forcing_recurs`) at some value of the parameter, or no first orbit is found.
 
     See Also
     --------

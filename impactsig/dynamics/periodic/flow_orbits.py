@@ -28,22 +28,22 @@ class FlowOrbit(Shown):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     state : ndarray, shape (d,)
-        A state on it; where the rates depend on time, that at t = 0.
+        A state on the orbit; for a non-autonomous flow, that at t = 0.
     period : float
-        In the flow's unit of time.
+        Period, in the unit of time of the flow.
     multipliers : ndarray, shape (d,)
-        Floquet multipliers, the greatest in modulus first. Where the rates do not depend on time,
-        one of them is 1, that of the direction along the orbit.
+        Floquet multipliers, in descending order of modulus. For an autonomous flow one of them is
+        1, for the direction along the orbit.
     forced : bool
-        Whether the rates depend on time.
+        Whether the flow is non-autonomous.
     residual : float
-        How far from the state its return is, relative to the size of the attractor.
+        Distance of the return from the state, relative to the size of the attractor.
     iterations : int
         Steps of Newton's method.
     status : str
-        "found"; "not converged", where the state is the best that was met; "at rest", where it is
+        "found"; "not converged", with the best state of the iteration; "at rest", if the state is
         an equilibrium.
 
     See Also
@@ -87,7 +87,7 @@ class FlowOrbit(Shown):
         Raises
         ------
         InvalidInput
-            If it is no orbit, and the flow diverges from where the search ended.
+            If no orbit was found, and the flow diverges from the final state of the search.
         """
         time = np.asarray(time, float) % self.period
         flat, back = np.unique(time, return_inverse=True)
@@ -114,7 +114,7 @@ class FlowOrbit(Shown):
 def find_flow_orbit(
     flow: Flow, period: Any, guess: Sequence[float] | None, tolerance: Any
 ) -> FlowOrbit:
-    """Find a periodic orbit of a flow; arguments as of `find_periodic_orbit`."""
+    """Find a periodic orbit of a flow; arguments as in `find_periodic_orbit`."""
     period = number("period", period, above=0)
     tolerance = number("tolerance", tolerance, above=0)
     Running(flow)  # what is wrong with the function is said here

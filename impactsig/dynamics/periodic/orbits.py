@@ -33,30 +33,30 @@ class PeriodicOrbit(Shown):
     Attributes
     ----------
     system : Oscillator, Cantilever or Controlled
-        What moves.
+        The system.
     state : ndarray, shape (d,)
-        Displacement and velocity at `phase`; of a cantilever those of its modes, displacements [m]
+        Displacement and velocity at `phase`; for a cantilever those of its modes, displacements [m]
         first.
     phase : float
-        Phase of the forcing there [rad].
+        Phase of the forcing at the section [rad].
     periods, impacts : int
         period(m, n): m impacts in n forcing periods.
     approach_velocity : ndarray, shape (m,)
-        Of each impact, relative to the stop.
+        Approach velocity of each impact, relative to the stop.
     impact_phase : ndarray, shape (m,)
-        Phase of the forcing at each [rad].
+        Phase of the forcing at each impact [rad].
     multipliers : ndarray, shape (d,)
-        Floquet multipliers over n periods, the greater in modulus first; 0 where a stick or an
-        impact without rebound ends what neighbours differ by. Under delayed feedback the greatest
-        of infinitely many, and under interval feedback those of the impact map, as of
+        Floquet multipliers over n periods, in descending order of modulus; 0 for a direction that
+        collapses by sticking or an impact without rebound. Under delayed feedback the greatest of
+        infinitely many, and under interval feedback those of the impact map, as in
         `orbit_stability`.
     residual : float
-        How far from the state its return is, relative to the size of the orbit.
+        Distance of the return from the state, relative to the size of the orbit.
     iterations : int
         Steps of Newton's method.
     status : str
-        "found"; "not converged", where the state is the best that was met; "lost", where no step
-        brought it nearer, as beside a grazing impact.
+        "found"; "not converged", with the best state of the iteration; "lost" if no step reduced
+        the distance, as near a grazing impact.
 
     See Also
     --------
@@ -107,9 +107,9 @@ class PeriodicOrbit(Shown):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)
 
     def motion(self, cycles: float = 1, **options: Any) -> Any:
-        """Simulate the orbit for a number of rounds; an unstable one is left in the end.
+        """Simulate a number of periods of the orbit; a motion on an unstable orbit leaves it.
 
-        Where feedback vanishes on the orbit, the oscillator moves without it.
+        If feedback vanishes on the orbit, the oscillator is simulated without it.
         """
         periods = cycles * self.periods
         return simulate(
@@ -159,52 +159,53 @@ def find_periodic_orbit(  # type: ignore[misc]
 
     For an oscillator the iteration solves ``P^n(s) - s = 0``, where P is the stroboscopic map at
     `phase`, with the derivative from `tangent_map`; for a cantilever the same in all its modes. For
-    a flow it solves ``y(T) - y(0) = 0`` for the state and, where the rates do not depend on time,
-    for the period T, where the state moves across the flow only ([Cvitanovic2020]_, on fixed points
-    and how to get them); the derivative comes from the variational equation along the course, by
-    collocation.
+    a flow it solves ``y(T) - y(0) = 0`` for the state and, if the flow is autonomous, for the
+    period T, with the change of the state restricted to be transverse to the flow
+    ([Cvitanovic2020]_, on fixed points and how to get them). The derivative comes from the
+    variational equation along the trajectory, by collocation.
 
     Parameters
     ----------
     system : Oscillator, Cantilever, Flow or Controlled
-        What moves. An oscillator or a cantilever must be forced, and its forcing must recur
-        (`Oscillator.forcing_recurs`). Of an oscillator under `OGY` the orbits are those of its
-        section map with the gains. Under feedback of a delay that the n periods divide, or of
-        intervals, they are those of the oscillator alone, on which the feedback is silent, with
-        the multipliers that it gives them.
+        The system. An oscillator or a cantilever must have periodic forcing
+        (`Oscillator.forcing_recurs`). Orbits of an oscillator under `OGY` are those of its section
+        map with the gains. Under interval feedback, and delayed feedback whose delay is a multiple
+        of the n periods, they are orbits of the oscillator alone, on which the feedback vanishes,
+        with the multipliers under feedback.
     periods : int
-        Of an oscillator: n, forcing periods in which the orbit closes. Under several frequencies
-        the forcing period is their common one: with 0.9 and 0.45 rad/s an orbit of n = 1 has the
-        period of the slower force.
+        For an oscillator: n, the number of forcing periods after which the orbit closes. Under
+        several frequencies the forcing period is their common period: with 0.9 and 0.45 rad/s an
+        orbit of n = 1 has the period of the slower force.
     period : float, optional
-        Of a flow: near which its period is. Where the rates depend on time, exactly the period: one
-        after which they recur.
+        For a flow: approximate period. For a non-autonomous flow, the exact period, which must be a
+        period of the flow.
     guess : sequence of float, shape (d,), optional
-        A state near it: of an oscillator displacement and velocity at `phase`, of a cantilever
-        those of its modes. Without one, the
-        close returns of a long motion are tried, the closest first: on a chaotic attractor they lie
-        near its unstable orbits. Then, of an oscillator, a square of starts about it.
+        Approximate state: displacement and velocity of an oscillator at `phase`, or those of the
+        modes of a cantilever. By default the close returns of a long motion are tried, the closest
+        first: on a chaotic attractor they lie near its unstable orbits. For an oscillator, a square
+        of starts around it is tried next.
     impacts : int, optional
-        Of an oscillator or a cantilever: m, to be had by an orbit found without a guess.
+        For an oscillator or a cantilever: m, the number of impacts that an orbit found without a
+        guess must have.
     phase : float
-        Phase of the forcing at the section [rad]; not one at which the orbit
-        hits.
+        Phase of the forcing at the section [rad]; there must be no impact at this phase.
     method : RungeKutta, optional
-        Of an oscillator: how to step; as for `simulate`.
+        For an oscillator: integration method, as for `simulate`.
     tolerance : float, optional
-        Greatest distance of the return, relative to the size of the orbit or attractor: 1e-11 of an
-        oscillator, 1e-10 of a flow, unless given. The iteration goes on until rounding ends it.
+        Greatest distance of the return, relative to the size of the orbit or attractor; by default
+        1e-11 for an oscillator and 1e-10 for a flow. The iteration continues until it is limited by
+        rounding.
 
     Returns
     -------
     PeriodicOrbit or FlowOrbit
-        Whose `status` says whether it is one.
+        The result; `status` says whether an orbit was found.
 
     Raises
     ------
     InvalidInput
-        If the system is not forced, its forcing does not recur, or an argument is out of its range
-        or none of this system; or what is fed back leaves no map of finitely many numbers.
+        If the system has no periodic forcing, an argument is out of its range or does not apply to
+        the system, or the map under feedback is not finite-dimensional.
 
     See Also
     --------
@@ -275,21 +276,20 @@ def find_periodic_orbits(
 ) -> tuple[PeriodicOrbit, ...]:
     """Find all orbits of a period to which close returns of one long motion lead.
 
-    Of a chaotic attractor these are unstable orbits within it; there is no proof that they are all.
-    Orbits that close sooner are left out, and each is listed once, whichever of its n points the
-    iteration came to.
+    For a chaotic attractor these are unstable orbits within it; the list may be incomplete. Orbits
+    with a shorter period are omitted, and each orbit is listed once.
 
     Parameters
     ----------
     oscillator, periods, phase, method, tolerance
         As for `find_periodic_orbit`.
     guesses : int
-        Close returns to try.
+        Number of close returns to try.
 
     Returns
     -------
     tuple of PeriodicOrbit
-        The least unstable first.
+        The orbits, the least unstable first.
 
     Raises
     ------

@@ -44,16 +44,16 @@ class Section(Shown):
     Attributes
     ----------
     kind : {"impacts", "displacement"}
-        What the section is.
+        Kind of section.
     time : ndarray, shape (n,)
-        When [s].
+        Instants of the points [s].
     phase : ndarray, shape (n,)
         Phase of the forcing [rad], 0 to 2 pi.
     velocity : ndarray, shape (n,)
-        Of impacts the approach velocity, relative to the stop; else the velocity, relative to what
-        carries the stops. In the oscillator's units.
+        For impacts the approach velocity relative to the stop, otherwise the velocity relative to
+        the stops, in the units of the oscillator.
     stop : ndarray of int, shape (n,)
-        The stop that was hit, its place in `Oscillator.stops`; -1 for a displacement.
+        Index of the stop in `Oscillator.stops`; -1 for a displacement.
 
     See Also
     --------
@@ -88,9 +88,9 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     Parameters
     ----------
     motion : Motion, BeamMotion or NoisyMotion
-        Of `simulate`, with its events kept.
+        From `simulate`, with its events kept.
     stop : int, optional
-        Only of that stop, its place in `Oscillator.stops`.
+        Index of a stop in `Oscillator.stops`; by default impacts at all stops are included.
 
     Raises
     ------
@@ -160,19 +160,19 @@ def displacement_section(
 ) -> Section:
     """Phase and velocity at which the motion crosses a displacement.
 
-    No crossing of a linear motion is missed: the way to it is followed as the engine follows the
-    gaps to the stops. Stepped motions are looked at 512 times in a period of the first
-    force, the tip of a cantilever 64 times in a period of its highest mode, and two crossings
-    between two looks are not seen. A turn at the displacement, or an impact there, is no crossing.
+    No crossing of a motion that is linear between events is missed. Stepped motions are sampled 512
+    times per period of the first force, the tip of a cantilever 64 times per period of its highest
+    mode, and two crossings between two samples are missed. A turning point or an impact at the
+    displacement is not a crossing.
 
     Parameters
     ----------
     motion : Motion or BeamMotion
-        Of `simulate`, with its events kept.
+        From `simulate`, with its events kept.
     displacement : float
-        Where; measured as the positions of the stops are, from the base where they move with it.
+        Displacement of the section, relative to the base if the stops move with it.
     direction : {"up", "down", "both"}
-        Which crossings.
+        Direction of the crossings.
 
     Raises
     ------

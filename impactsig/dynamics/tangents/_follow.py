@@ -26,7 +26,7 @@ class Follower:
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     orthonormal : bool
         Make the columns orthonormal after every event, and add up how they grow; or multiply all
         maps.

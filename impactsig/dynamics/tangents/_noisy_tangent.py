@@ -83,7 +83,7 @@ def _check(oscillator: Oscillator) -> None:
     Raises
     ------
     InvalidInput
-        If there is friction, a rigid stop, or one whose loss goes by the approach velocity.
+        If there is friction, a rigid stop, or one whose loss depends on the approach velocity.
     """
     why = SLIDING if oscillator.friction else ""
     if oscillator.noise is not None and oscillator.noise.parametric:

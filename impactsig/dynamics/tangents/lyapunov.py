@@ -35,40 +35,40 @@ STEPS = 50_000  # of a flow, in a call of a kernel, so that a run can be interru
 class LyapunovSpectrum(Shown):
     """The Lyapunov exponents of a motion, with the evidence for them.
 
-    An oscillator has two, those of its stroboscopic map: the third, along the forcing's phase, is
-    0 and left out. A cantilever has two for each mode, a flow as many as coordinates.
+    An oscillator has two, those of its stroboscopic map; the third, along the phase of the forcing,
+    is 0 and omitted. A cantilever has two per mode, a flow one per coordinate.
 
     Attributes
     ----------
     system : Oscillator, Cantilever, Flow or Controlled
-        What moved.
+        The simulated system.
     exponents : ndarray, shape (d,)
-        Descending, per unit of the system's own time; `per_second` has them in SI units. -inf for
-        a direction that a stick, or an impact without rebound, has made vanish.
+        Exponents in descending order, per unit of time of the system; `per_second` has them in SI
+        units. -inf for a direction that collapses by sticking or an impact without rebound.
     error : ndarray, shape (d,)
         Standard error of `between_collapses`, by batch means.
     between_collapses : ndarray, shape (d,)
-        The mean growth of neighbours that begin anew after each collapse: what the exponents would
-        be without them, and the same where there is none.
+        Mean growth rates of deviations that are restarted after each collapse; equal to the
+        exponents if there is no collapse.
     expected_sum : float
-        What the exponents add up to: the mean divergence, and the logarithms of the saltations'
-        determinants. Worked out apart, as a check. NaN for a Hertz stop whose loss goes by its
+        Sum of the exponents from the mean divergence and the determinants of the saltation
+        matrices, computed separately as a check. NaN for a Hertz stop whose loss depends on the
         approach velocity.
     time : ndarray, shape (n,)
-        Time since the transient, in the system's own unit.
+        Time since the transient, in the unit of the system.
     curve : ndarray, shape (n, d)
-        `between_collapses` as far as that time.
+        `between_collapses` up to that time.
     collapses : int
-        How often neighbours became one: wholly, when the mass stuck to a rigid stop (a chatter
-        ends so); in one direction, when friction held it or an impact had no rebound.
+        Number of collapses of deviations: of all, when the mass sticks to a rigid stop (as after
+        chatter), or of one direction, when it sticks under friction or an impact has no rebound.
     collapse_time : ndarray, shape (k,)
-        When, in the system's own time since the start; the first 10 000.
+        Times of the first 10 000 collapses since the start, in the unit of the system.
     collapse_dimensions : ndarray of int, shape (k,)
-        What was left of the two dimensions: 0 or 1.
+        Number of dimensions that remain after each collapse, 0 or 1.
     impacts : int
         Impacts, and touches of soft stops.
     grazings : int
-        Events that graze so exactly that they have no derivative; their saltation is left out.
+        Number of grazing events, which have no derivative; their saltation is omitted.
     status : str
         "complete"; else why the motion ended early, see `simulate`.
 
@@ -161,35 +161,36 @@ def lyapunov_spectrum(  # type: ignore[misc]
 ) -> LyapunovSpectrum | LyapunovSpectra:
     """All Lyapunov exponents of a motion, from its variational equation.
 
-    As many neighbours as dimensions are carried along and made orthonormal again after every event
-    (every step of a flow); the means of the logarithms of their growth are the exponents
-    [Benettin1980]_. Between the events of a piecewise linear oscillator the tangent flow is known
-    in closed form, at the events it jumps by the saltation matrix [Muller1995]_; see `tangent_map`.
-    So the exponents are those of the motion but for rounding, and what is uncertain is how
-    long one has to look. Hertz stops, a force of the user's and flows are stepped, with the
-    variational equation in the same steps; derivatives of a user's function are central differences
-    (to 1e-10), so it must be smooth.
+    One deviation per dimension is propagated and orthonormalised after every event (every step of a
+    flow); the exponents are the mean logarithms of their growth [Benettin1980]_. Between the events
+    of a piecewise linear oscillator the tangent flow is known in closed form; at the events it is
+    multiplied by the saltation matrix [Muller1995]_, see `tangent_map`. The exponents are therefore
+    those of the motion up to rounding, with a statistical error due to its finite length. With
+    Hertz stops, user-defined forces and flows, the variational equation is integrated in the steps
+    of the motion. Derivatives of a user's function are central differences (to 1e-10), so it must
+    be smooth.
 
-    With noise the exponents are those of one path: how neighbours part that the same noise drives.
-    Under `OGY` whole forcing periods are looked at, at the phase of its orbit.
+    With noise the exponents are those of one path: neighbouring motions have the same noise. Under
+    `OGY` the span consists of whole forcing periods, at the phase of its orbit.
 
     Parameters
     ----------
     system : Oscillator, OscillatorBatch, Cantilever, Flow or Controlled
-        What moves; of what is controlled an oscillator under `OGY`.
+        The system; a controlled one must be an oscillator under `OGY`.
     periods, duration : float
-        How long to look: in forcing periods, or in seconds (of a flow: in its own time). Give one.
+        Length of the span, in forcing periods, or in seconds (for a flow, in its unit of time).
+        Give one of them.
     transient : float, optional
-        How long to let it run before, in the same unit; a tenth of that unless given. Meanwhile the
-        neighbours turn the way they grow.
+        Length of the transient, in the same unit; by default a tenth of the span. It also lets the
+        deviations align with the growing directions.
     initial : sequence of float, optional
         State at t = 0, as for `simulate`.
     phase, method, chatter
         As for `simulate`. `FixedStep` has no tangent map.
     executor : {"threads", "gpu"}
-        What moves the oscillators of a batch, as for `simulate_many`.
+        Where the oscillators of a batch are computed, as for `simulate_many`.
     seed : int, SeedSequence or Generator, optional
-        Of the noise. The same seed gives the same result; a Generator is drawn from and moves on.
+        Of the noise. The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------
@@ -199,7 +200,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
     ------
     InvalidInput
         If an argument is out of its range, or a path under noise has no derivative: at a rigid
-        stop, at one whose loss goes by the approach velocity, and under friction.
+        stop, at one whose loss depends on the approach velocity, and under friction.
 
     See Also
     --------

@@ -29,25 +29,25 @@ class TangentMap(Shown):
     ----------
     matrix : ndarray, shape (d, d)
         ``matrix @ dy`` is the deviation of the final state for a small deviation dy of the initial
-        state: of an oscillator displacement and velocity, in its units; of a cantilever modal
-        displacements [m], then velocities [m/s]; of a flow its coordinates. Its entries are those
-        of ``exp(log_scale)`` times `scaled`, and may overflow.
+        state: displacement and velocity of an oscillator, in its units; modal displacements [m],
+        then velocities [m/s] of a cantilever; coordinates of a flow. It is
+        ``exp(log_scale) * scaled``, and may overflow.
     scaled, log_scale : ndarray, float
-        The same, for motions so long that the matrix overflows.
+        The matrix in scaled form, for motions so long that it overflows.
     log_determinant : float
-        Logarithm of its determinant, worked out apart: damping and what every event does to areas.
-        -inf where a dimension is lost; NaN for a Hertz stop whose loss goes by its approach
-        velocity, and under OGY, which may turn areas over.
+        Logarithm of the determinant, computed separately from the damping and the determinants of
+        the events. -inf if a dimension collapses; NaN for a Hertz stop whose loss depends on the
+        approach velocity, and under OGY, where the determinant may be negative.
     impacts : int
         Impacts, and touches of soft stops.
     collapses : int
-        How often a stick, or an impact without rebound, has made neighbours one.
+        Number of collapses of deviations by sticking or by an impact without rebound.
     grazings : int
-        Events without a derivative, whose saltation is left out.
+        Number of grazing events, which have no derivative; their saltation is omitted.
     final : tuple of float, or ndarray
         State at the end (and phase of the forcing), as of the motion.
     status : str
-        As of `simulate`.
+        As in `simulate`.
 
     See Also
     --------
@@ -76,8 +76,8 @@ class TangentMap(Shown):
     def multipliers(self) -> np.ndarray:
         """Eigenvalues, shape (d,), in descending order of modulus.
 
-        Of a periodic orbit, its Floquet multipliers over the span. The smaller one of two keeps its
-        digits however small it is.
+        For a periodic orbit, its Floquet multipliers over the span. The smaller of two multipliers
+        is accurate however small it is.
         """
         square = math.nan
         if len(self.scaled) == 2:
@@ -102,14 +102,14 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     Between events the tangent flow is the homogeneous flow of the mode; at impacts, at the
     beginning and end of a contact, and where friction reverses, holds or releases the mass, it
     jumps by the saltation matrix [Muller1995]_, which includes the acceleration of a moving base;
-    for a cantilever it covers all modes. Hertz stops, a force of the user's and flows are stepped,
-    with the variational equation beside them.
+    for a cantilever it includes all modes. With Hertz stops, user-defined forces and flows, the
+    variational equation is integrated together with the motion.
 
     Parameters
     ----------
     system : Oscillator, Cantilever, Flow or Controlled
-        What moves; of what is controlled an oscillator under `OGY`, whose gains are differentiated
-        with it.
+        The system; a controlled one must be an oscillator under `OGY`, with the derivative of the
+        gains included.
     **options
         `periods` or `duration`, `initial`, `phase`, `method`, `chatter` as for `simulate`; with
         noise `seed`: the derivative is that of one path, under the same noise.
@@ -121,8 +121,8 @@ def tangent_map(system: Any, **options: Any) -> TangentMap:
     Raises
     ------
     InvalidInput
-        As `simulate` does; and where neighbours are no finite number of directions, as under
-        delayed feedback, or have no derivative, as under noise at a rigid stop.
+        As `simulate` does; also if the state is not finite-dimensional, as under delayed feedback,
+        or has no derivative, as under noise at a rigid stop.
 
     See Also
     --------

@@ -25,14 +25,14 @@ LEAST_PAIRS = 100
 def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = None) -> np.ndarray:
     """Draw the correlation sum of every dimension, and below it its local slopes.
 
-    Where the slopes of several dimensions run along one level, that level is the correlation
-    dimension; where they rise with every dimension, there is none (yet). Slopes of fewer than 100
-    pairs are left out.
+    A common plateau of the slopes of several dimensions is the correlation dimension. If the slopes
+    increase with every dimension, it is not determined. Slopes from fewer than 100 pairs are
+    omitted.
 
     Parameters
     ----------
     result : CorrelationSum
-        What `impactsig.correlation_sum` counted.
+        From `impactsig.correlation_sum`.
 
     Returns
     -------

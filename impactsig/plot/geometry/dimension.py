@@ -23,13 +23,13 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
 
     The correlation sum K(H) of the Gaussian kernel with the line that was fitted, and its local
     slopes D(H) with their 95 % band. The slope between the two scales is a horizontal line with its
-    interval; where it is taken for the dimension of the attractor, the wider interval of that is
-    lighter. Scales below the floor are grey.
+    interval. If a dimension is determined, its wider interval is drawn lighter. Scales below the
+    floor are grey.
 
     Parameters
     ----------
     result : CorrelationDimension
-        What `impactsig.correlation_dimension` found.
+        From `impactsig.correlation_dimension`.
 
     Returns
     -------

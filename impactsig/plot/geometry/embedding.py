@@ -23,7 +23,7 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : DelayChoice
-        Of `autocorrelation_delay` or `mutual_information_delay`.
+        From `autocorrelation_delay` or `mutual_information_delay`.
 
     See Also
     --------
@@ -58,7 +58,7 @@ def false_neighbors(result: FalseNeighbors, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : FalseNeighbors
-        Of `false_nearest_neighbors`.
+        From `false_nearest_neighbors`.
 
     See Also
     --------
@@ -90,7 +90,7 @@ def averaged_false_neighbors(result: AveragedFalseNeighbors, ax: Axes | None = N
     Parameters
     ----------
     result : AveragedFalseNeighbors
-        Of `averaged_false_neighbors`.
+        From `averaged_false_neighbors`.
 
     See Also
     --------

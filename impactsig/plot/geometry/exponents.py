@@ -24,7 +24,7 @@ def stretch_curve(result: LyapunovExponent, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : LyapunovExponent
-        Of `lyapunov_exponent`.
+        From `lyapunov_exponent`.
 
     See Also
     --------

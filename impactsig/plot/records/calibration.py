@@ -24,17 +24,17 @@ def calibration_curve(
 ) -> Axes:
     """Draw observed shares over predicted probabilities, bin by bin.
 
-    The bins are equal, from 0 to 1. A point is at the mean of the probabilities in its bin, with
-    the 95 % interval of Wilson for the share and how many there are; where probabilities hold,
-    points lie on the diagonal. The legend has the Brier score, the mean square of probability less
-    outcome, and that of the constant that predicts best.
+    The bins are equal, from 0 to 1. Each point is at the mean of the probabilities in its bin, with
+    Wilson's 95 % interval of the observed fraction and the number of values. For correct
+    probabilities the points lie on the diagonal. The legend has the Brier score, the mean square of
+    probability minus outcome, and that of the best constant prediction.
 
     Parameters
     ----------
     probability : array_like, shape (n,)
-        What was predicted: `Impacts.probability`, for example.
+        Predicted probabilities, for example `Impacts.probability`.
     outcome : array_like of bool, shape (n,)
-        Whether it was so; for impacts, whether `match_impacts` finds a true one for each.
+        Outcomes; for impacts, whether `match_impacts` finds a true one for each.
     bins : int, optional
         How many.
     color, label : str, optional

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @checked
 def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
-    """Draw the power spectral density in the band, the fitted one, and what was found.
+    """Draw the power spectral density in the band with the fitted one and the estimates.
 
     Parameters
     ----------
     result : Resonance
-        Of `identify_resonance`.
+        From `identify_resonance`.
 
     See Also
     --------
@@ -52,12 +52,12 @@ def resonance(result: Resonance, ax: Axes | None = None) -> Axes:
 
 @checked
 def decay(result: Resonance, ax: Axes | None = None) -> Axes:
-    """Draw the size of the swings over time, and the fall that was fitted.
+    """Draw the envelope of a decay over time, with the fitted decay.
 
     Parameters
     ----------
     result : Resonance
-        Of `identify_resonance`, from a decay.
+        From `identify_resonance`, from a decay.
 
     See Also
     --------

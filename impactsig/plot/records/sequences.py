@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def return_map(impacts: Impacts | Iterable[float], lag: int = 1, ax: Axes | None = None) -> Axes:
     """Draw each interspike interval against the one `lag` before it, with the diagonal.
 
-    A periodic motion is a set of points, chaos a curve or a cloud with structure. Where there are
-    several stops, a point has the colour of the one that was hit at the end of its first interval.
+    A periodic motion gives a set of points, chaos a curve or a structured cloud. With several
+    stops, a point has the colour of the stop that was hit at the end of its first interval.
 
     Parameters
     ----------

@@ -30,9 +30,9 @@ def averaged_density(
 ) -> np.ndarray:
     """Draw the density of the energy, the joint density, and its cut along the velocity.
 
-    The ridges of the joint density, orbits on which it is greatest, are drawn white; extrema are
-    marked on the cut, which goes through the bottom of the well. Of several wells, which have no
-    one shape, the cut goes through the lowest and nothing is marked.
+    The ridges of the joint density, orbits on which it has a maximum, are white. Extrema are marked
+    on the cut, which passes through the bottom of the well. With several wells the cut passes
+    through the lowest one, and no extrema are marked.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def tip_history(
     Parameters
     ----------
     motion : BeamMotion
-        What moved.
+        The simulated system.
     start, stop : float, optional
         Span to draw [s]; by default the last five periods of the first mode.
 
@@ -130,7 +130,7 @@ def apparent_restitution(result: ApparentRestitution, ax: Axes | None = None) ->
     Parameters
     ----------
     result : ApparentRestitution
-        Of `apparent_restitution`.
+        From `apparent_restitution`.
 
     See Also
     --------

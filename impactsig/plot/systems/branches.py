@@ -34,7 +34,7 @@ def branch(
     Parameters
     ----------
     result : Branch
-        Of `continue_orbit`.
+        From `continue_orbit`.
     observe : {"displacement", "approach velocity", "multiplier"}
         Displacement on the section, the least approach velocity, or the modulus of the greater
         multiplier.

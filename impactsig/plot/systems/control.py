@@ -29,7 +29,7 @@ def control_strobe(motion: ControlledMotion, ax: Axes | None = None, *, phase: f
     Parameters
     ----------
     motion : ControlledMotion
-        Of a `Controlled` system.
+        Motion of a `Controlled` system.
     phase : float
         Phase of the strobe [rad].
 
@@ -64,7 +64,7 @@ def control_intervals(
     Parameters
     ----------
     motion : ControlledMotion or ControlledFlowMotion
-        Of a `Controlled` system; of a flow under `IntervalFeedback`.
+        Motion of a `Controlled` system; of a flow under `IntervalFeedback`.
 
     See Also
     --------
@@ -100,7 +100,7 @@ def control_effort(
     Parameters
     ----------
     motion : ControlledMotion
-        Of a `Controlled` system.
+        Motion of a `Controlled` system.
     periods : float, optional
         Length of the windows in which it is taken [forcing periods]; by default the longest period
         of what is controlled, over which the force need not alternate.
@@ -142,7 +142,7 @@ def control_force(
     Parameters
     ----------
     motion : ControlledMotion or ControlledFlowMotion
-        Of a `Controlled` system.
+        Motion of a `Controlled` system.
     span : (float, float), optional
         From when to when [s, or the flow's unit of time]; all of it by default.
 
@@ -183,7 +183,7 @@ def controlled_flow(
     Parameters
     ----------
     course : ControlledFlowMotion
-        Of a `Controlled` system.
+        Motion of a `Controlled` system.
     coordinate : str or int
         Which; by default the first.
 
@@ -217,7 +217,7 @@ def flow_orbit(
     Parameters
     ----------
     orbit : FlowOrbit
-        Of `find_periodic_orbit`.
+        From `find_periodic_orbit`.
     x, y : str or int
         Which coordinates; by default the first two.
 
@@ -247,7 +247,7 @@ def stability_chart(chart: Study, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     chart : Study
-        Of `impactsig.stability_chart`.
+        From `impactsig.stability_chart`.
 
     See Also
     --------

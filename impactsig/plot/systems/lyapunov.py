@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 def lyapunov_convergence(result: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
     """Draw the deviation of the running estimates of all exponents from the final values.
 
-    So that exponents of all sizes share an axis. A band is two standard errors wide on either
-    side. Where neighbours became one, the estimates are those between these collapses, and the
-    title says so.
+    Deviations are drawn so that exponents of different sizes share an axis. The bands are two
+    standard errors on either side. If deviations collapsed, the estimates are those between
+    collapses, as the title states.
 
     Parameters
     ----------
     result : LyapunovSpectrum
-        Of `lyapunov_spectrum`.
+        From `lyapunov_spectrum`.
 
     See Also
     --------

@@ -55,16 +55,16 @@ def phase_portrait(
 ) -> Axes:
     """Draw velocity over displacement, with the stops and stroboscopic points.
 
-    Of a flow, draw one of two coordinates over the other.
+    For a flow, draw one coordinate over another.
 
-    On a rigid stop, drawn by a full line with a shade behind, a dashed line spans what the velocity
-    jumps over; a soft stop is itself drawn by a dashed line. Where the stops move, displacement and
-    velocity are taken relative to them.
+    A rigid stop is a solid line, shaded behind it, with a dashed line over each jump of the
+    velocity; a soft stop is a dashed line. If the stops move, displacement and velocity are
+    relative to them.
 
     Parameters
     ----------
     motion : Motion, BeamMotion, NoisyMotion, RecordedMotion, FlowMotion, ControlledFlowMotion
-        What moved, with all kept; of a cantilever its tip.
+        The motion, with all events kept; of a cantilever its tip.
     start, stop : float, optional
         Span to draw [s]; by default the last 50 forcing periods of the motion, or its last
         5000 impacts where these are fewer; all of it of a flow.
@@ -137,7 +137,7 @@ def time_history(
     Parameters
     ----------
     motion : Motion
-        What moved, with all kept.
+        The motion, with all events kept.
     start, stop : float, optional
         Span to draw [s]; by default the last 10 forcing periods of the motion, or its last
         5000 impacts where these are fewer.

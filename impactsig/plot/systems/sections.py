@@ -24,7 +24,7 @@ def section(result: Section, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : Section
-        Of `impact_map` or `displacement_section`.
+        From `impact_map` or `displacement_section`.
 
     See Also
     --------

@@ -96,47 +96,47 @@ class CorrelationDimension(Shown):
     Attributes
     ----------
     verdict : str
-        "dimension"; "slope" (the slope is not the dimension of the attractor: see `reason`); "no
-        scales" (no slope either); "noise", "quasi-periodic", "periodic" and "constant" are
-        recognised beforehand, and nothing is counted.
+        "dimension"; "slope" (the slope is not the dimension of the attractor, see `reason`); "no
+        scales" (no slope could be estimated); "noise", "quasi-periodic", "periodic" and "constant"
+        are recognised before the sum is computed.
     dimension : float or None
-        Correlation dimension D2 of the attractor; 0 of a periodic or constant series, the number of
-        independent frequencies of a quasi-periodic one; None where it cannot be determined.
+        Correlation dimension D2 of the attractor; 0 for a periodic or constant series, the number
+        of independent frequencies for a quasi-periodic one; None if it cannot be determined.
     interval : tuple of float or None
         Its 95 % confidence interval.
     slope : ScaleSlope or None
-        The slope between the two scales that could be counted.
+        The slope between the two scales.
     dimension_slope : ScaleSlope or None
-        The slope that is taken for the dimension, with the interval of that and its standard
-        errors: over those of the scales where they are least together.
+        The slope that estimates the dimension, with its interval and standard errors, over the
+        range of scales where the total error is least.
     reason : str
         Why there is no dimension.
     needed : str
         What would be needed.
     kaplan_yorke : KaplanYorke or None
-        D1, where a contraction was given and the exponent could be read.
+        D1, if a contraction was given and the exponent could be estimated.
     period : int or None
-        Steps after which a periodic series recurs.
+        Period of a periodic series, in steps.
     noise : float
-        Standard deviation of the noise on a value, in the unit of the series; of a periodic or
+        Standard deviation of the noise on a value, in the unit of the series; for a periodic or
         quasi-periodic series, of the scatter about it.
     timing_error : float
-        Standard deviation of the error of an instant that it comes from; 0 if it does not.
+        Standard deviation of the timing error that causes this noise; 0 if it has another cause.
     noise_source : str
-        Where that is from.
+        Source of the estimate of the noise.
     resolution : float
-        Step of the values; 0 where they are not rounded.
+        Rounding step of the values; 0 if they are not rounded.
     floor : float
-        Least scale that noise and resolution leave.
+        Smallest usable scale, given noise and resolution.
     scales, sums, slopes, slope_errors : ndarray, shape (k,)
         H and K(H) in the embedding of the slope; local slopes over an octave about each scale, nan
         at both ends; half-widths of their 95 % intervals.
     delay, theiler : int
-        As used.
+        Values used.
     missed, spurious : float
-        Shares of impacts that were accounted for.
+        Fractions of missed and spurious impacts that were taken into account.
     warnings : tuple of str
-        What to know before the value is used.
+        Warnings about the result.
 
     See Also
     --------
@@ -264,70 +264,73 @@ def correlation_dimension(
     r"""Slope of the correlation sum between two scales, and the dimension if it has one.
 
     The sum is that of a Gaussian kernel of width H over the differences d of all pairs of delay
-    vectors, freed of noise of covariance S [GrassbergerProcaccia1983]_, [Diks1996]_,
+    vectors, corrected for noise of covariance S [GrassbergerProcaccia1983]_, [Diks1996]_,
 
     .. math:: K(H) = \sqrt{\det H^2 I / \det(H^2 I - S)} \;
         \big\langle \exp(-\tfrac14 d^T (H^2 I - S)^{-1} d) \big\rangle ,
 
     whose mean is exactly that without noise. It grows as H^D2. The slope of ln K against ln H is
-    read by least squares from H1 to H2: H1 is the greatest of 1.5 standard deviations of the noise,
-    twice the resolution and the scale whose kernel sums to 60 pairs, or to 0.25 pairs for each
-    vector where that leaves W = 1.6 e-folds; at H2 is K = 0.03 (0.01 where the slope is above 1.5,
-    if that leaves W = 1.6), or less where the slope rises there and vectors of unrelated values
-    explain it: with m coordinates, K_1(H)^m of the pairs are near by chance. Where this leaves less
-    than 1.6 e-folds and the slope D is below 1.4, at H2 is K = 0.08^D. `fit` reads it otherwise.
+    fitted by least squares from H1 to H2. H1 is the greatest of 1.5 standard deviations of the
+    noise, twice the resolution, and the scale whose kernel sums to 60 pairs (or to 0.25 pairs per
+    vector, if this leaves W = 1.6 e-folds). At H2, K = 0.03 (0.01 if the slope is above 1.5 and
+    this leaves W = 1.6), or less if the slope rises there and unrelated vectors explain the rise:
+    with m coordinates, K_1(H)^m of the pairs are near by chance. If this leaves less than 1.6
+    e-folds and the slope D is below 1.4, K = 0.08^D at H2. `fit` selects another fit.
 
     The slope is the primary result. Its interval is for the noise-free slope between the same two
-    scales; it covers chance (the scatter over 32 blocks of time) and, where they are, the doubt
-    about an estimated noise and missed and spurious impacts. Where the scales span W = 1.6 e-folds
-    at least, the dimension D2 of the attractor is the slope over those of them, 1.6 e-folds or
-    more, where its errors are least together, unless a further coordinate adds more than 0.15
-    (`dimension_slope` of the result). Its interval also covers the choice of scales, since a slope
-    over W e-folds misses the limit by 0.13 / W, as a standard error; what a further coordinate
-    adds; what vectors of unrelated values may add (u, and what hides them takes off as much: u /
-    sqrt 3); and, where slopes without these still rise by g from the upper half of the scales to
-    the lower one, that they may go on to (g / 2 / sqrt 3).
+    scales. It includes the statistical error (from the scatter over 32 blocks of time) and, if
+    applicable, the uncertainty of an estimated noise and of missed and spurious impacts. If the
+    scales span at least W = 1.6 e-folds, the dimension D2 of the attractor is the slope over the
+    range of at least 1.6 e-folds where its total error is least (`dimension_slope` of the result),
+    unless a further coordinate adds more than 0.15. Its interval also includes the choice of
+    scales, since a slope over W e-folds deviates from the limit by 0.13 / W, as a standard error;
+    the contribution of a further coordinate; the possible contribution of unrelated vectors (u,
+    with an uncertainty of u / sqrt 3); and, if slopes corrected for these still rise by g from the
+    upper half of the scales to the lower one, a further rise (g / 2 / sqrt 3).
 
-    Constant, periodic (also but for noise, or as `identify_period` says), quasi-periodic series and
-    linear noise are recognised before anything is counted.
+    Constant, periodic (also with noise, or according to `identify_period`) and quasi-periodic
+    series and linear noise are recognised before the sum is computed.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
         The series; of impacts, their interspike intervals.
     dimension : int, optional
-        Embedding dimension m. Unless given, the least above twice the slope [SauerYorke1991]_,
-        and 3 at least.
+        Embedding dimension m. By default the smallest integer above twice the slope
+        [SauerYorke1991]_, and at least 3.
     delay : int, optional
         Delay [steps]; of intervals the natural one is 1.
     theiler : int, optional
-        Pairs no further apart in time than this [steps] are left out. Unless given, two mean
-        periods (between rises through the mean), or until the autocorrelation is not positive.
+        Pairs that are not further apart in time than this [steps] are excluded. By default two mean
+        periods (between rises through the mean), or the first lag at which the autocorrelation is
+        not positive.
     scales : (float, float), optional
-        H1 and H2 in place of the rule, in the unit of the series. H1 is raised to the floor of the
-        noise, and to the scale of 60 pairs.
+        H1 and H2, in the unit of the series, instead of the rule above. H1 is increased to the
+        noise floor and to the scale of 60 pairs if necessary.
     timing_error : float, optional
-        Standard deviation of the errors of the instants between which the values are intervals.
-        Unless it or `value_error` is given, that of impacts is the root mean square of their
-        `time_error` (less `shared_time_error`, which short intervals are free of), each as often
-        as it has a part in close pairs, but for those more than five times that of the others;
-        where there is none it is estimated from the data.
+        Standard deviation of the errors of the instants, if the values are intervals between
+        instants. By default (unless `value_error` is given), that of impacts is the root mean
+        square of their `time_error` (without `shared_time_error`, which cancels in short
+        intervals), weighted by their part in close pairs, without those more than five times that
+        of the others; if there are no errors, it is estimated from the data.
     value_error : float, optional
         Standard deviation of independent noise on each value.
     missed, spurious : float, optional
-        Shares of impacts that were missed, and that were none. The slope is freed of what as many
-        again do to it, and the interval widened by that; beyond 12 % together no dimension is read.
-        Unless given, `spurious` is what the `probability` of the impacts leaves to 1.
+        Fractions of missed and spurious impacts. The slope is corrected by the effect of adding as
+        many again, and the interval widened by it; above 12 % together no dimension is given. By
+        default, `spurious` is the mean of 1 - `probability` of the impacts.
     resolution : float, optional
-        Step of the numbers, in the unit of the series. Unless given, found if values repeat.
+        Rounding step of the values, in the unit of the series. By default it is determined from
+        repeated values.
     contraction : float, optional
-        By how many e-folds areas shrink from impact to impact; adds D1 by Kaplan and Yorke. Of an
-        oscillator with one stop, 2 ln(1 / r) plus twice the damping rate times the mean interval.
+        Mean contraction of areas from impact to impact, in e-folds; adds D1 by Kaplan and Yorke.
+        For an oscillator with one stop it is 2 ln(1 / r) plus twice the damping rate times the mean
+        interval.
     fit : {"least squares", "theil-sen"} or callable
-        How the slope is read: the line through all scales, the median of the slopes between any
-        two, or a function fit(x, y) of ln H and ln K that returns the slope.
+        Fit of the slope: least squares over all scales, the median of the slopes between any two,
+        or a function fit(x, y) of ln H and ln K that returns the slope.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -336,8 +339,8 @@ def correlation_dimension(
     Raises
     ------
     InvalidInput
-        If x holds what is no finite number or has fewer than 50 vectors beyond the Theiler window;
-        if an argument is not of its kind.
+        If a value is not finite, there are fewer than 50 vectors beyond the Theiler window, or an
+        argument is invalid.
 
     See Also
     --------

@@ -37,44 +37,45 @@ class LyapunovExponent(Shown):
     Attributes
     ----------
     exponent : float or None
-        Per value of the series (of intervals: per interval) [1]; 0 where the series is periodic,
-        None where there is no scaling region.
+        Largest exponent per value of the series (per interval for intervals); 0 for a periodic
+        series, None without a scaling region.
     interval : tuple of float, or None
-        Its 95 % interval, from the scatter over blocks of references and from how far a stretch
-        curve departs from a line. It does not cover the choice of the embedding.
+        Its 95 % interval, from the scatter over blocks of references and the deviation of the
+        stretch curve from a line. It does not include the choice of the embedding.
     verdict : str
-        "divergence"; "no divergence" (neighbours stay together as far as they were followed: a
-        periodic or quasi-periodic motion, or too few steps); "periodic" (the values recur exactly);
-        "no scaling region" (neighbours part at once, or not exponentially: noise, too short a
-        series, or too low a dimension).
+        "divergence"; "no divergence" (neighbours stay close for all steps: a periodic or
+        quasi-periodic motion, or too few steps); "periodic" (the values recur exactly); "no scaling
+        region" (neighbours separate at once, or not exponentially: noise, too short a series, or
+        too low a dimension).
     step : float or None
-        Time between values [s], where it is known; of impacts, the mean interval.
+        Time between values [s], if known; for impacts, the mean interval.
     stretch : ndarray, shape (K + 1,)
-        S(k), k = 0 ... K: median of the logarithm of the gap after k values; -inf where that is 0.
-        Where the errors are known, the logarithm of the width of the kernel freed of them; -inf
-        where that is below the noise.
+        S(k), k = 0 ... K: median of the logarithm of the gap after k values; -inf where the gap is
+        0. If errors are known, the logarithm of the kernel width corrected for them; -inf where it
+        is below the noise.
     mean_stretch : ndarray, shape (K + 1,)
-        The mean in its place, as published, over the pairs whose gap is not 0.
+        The mean instead of the median, as published, over the pairs whose gap is not 0.
     close : ndarray, shape (K + 1,)
-        Share of the pairs that are still closer than exp(-1.5) of the median gap of any two.
+        Fraction of the pairs that are still closer than exp(-1.5) times the median gap of any two
+        values.
     region : tuple of int, or None
-        First and last k of the line.
-    intercept : float
-        S(0) by the line; nan where there is none.
+        First and last k of the fitted line. intercept : float S(0) of the fitted line; nan if there
+        is none.
     far : float
-        Logarithm of the median gap of any two values, at which S(k) ends; nan of a period.
+        Logarithm of the median gap of any two values, at which S(k) levels off; nan for a periodic
+        series.
     level : float or None
-        The lower S(k) at which gaps level off where neighbours keep the phase of the motion.
+        The lower S(k) at which gaps level off if neighbours keep the phase of the motion.
     references : int
-        Vectors whose neighbours were followed.
+        Number of vectors whose neighbours were followed.
     method : {"rosenstein", "kantz"}
-        How.
+        Method.
     dimension, delay, theiler : int
-        As used.
+        Values used.
     period : int or None
-        Values after which the series recurs exactly.
+        Number of values after which the series recurs exactly.
     warnings : tuple of str
-        What speaks against the result.
+        Warnings about the result.
 
     See Also
     --------
@@ -115,8 +116,9 @@ class LyapunovExponent(Shown):
     def per_second(self) -> float | None:
         """The exponent per second [1/s]; None if it or the time between values is unknown.
 
-        Of intervals, the exponent per interval over the mean interval: that of the motion, as a
-        return map's over the mean return time is that of its flow.
+        For intervals, the exponent per interval divided by the mean interval. This is the exponent
+        of the motion, as the exponent of a return map divided by the mean return time is that of
+        its flow.
         """
         if self.exponent is None or self.step is None:
             return None
@@ -173,42 +175,42 @@ def lyapunov_exponent(
         rosenstein:  S(k) = median_i ln abs(y_{i+k} - y_{j+k}),  j the nearest neighbour of i
         kantz:       S(k) = median_i ln mean_j abs(y_{i+k} - y_{j+k}),  all j within `radius` of i
 
-    [Rosenstein1993]_, [Kantz1994]_. The exponent is the slope of S. The median stands where the
-    papers have the mean: pairs that are already as far apart as the attractor is wide hold the mean
-    back, and with it the slope, but not the median until they are half of all.
-    The newest coordinate stands for the whole vector, because the others stay close for (m-1) delay
-    steps even in noise.
+    [Rosenstein1993]_, [Kantz1994]_. The exponent is the slope of S. The median is used instead of
+    the mean of the papers, because pairs that have already reached the size of the attractor reduce
+    the mean, and with it the slope, but not the median as long as they are less than half of all
+    pairs. The newest coordinate represents the whole vector, because the others stay close for
+    (m-1) delay steps even in noise.
 
-    Where the errors of the values are known, gaps as wide as these hold the median up, and the
-    exponent would come out too low. Then S(k) = ln H_k, with H_k the width at which a Gaussian
-    kernel over the gaps d_k, freed of noise of variance s^2 on a value, has the mean 0.45:
+    Errors of the values limit the smallest gaps and lead to too low an exponent. If they are known,
+    S(k) = ln H_k, with H_k the width at which a Gaussian kernel over the gaps d_k, corrected for
+    noise of variance s^2 on a value, has the mean 0.45:
 
         H_k / sqrt(H_k^2 - s^2) mean_i exp(-d_k^2 / (4 (H_k^2 - s^2))) = 0.45 .
 
     The mean of the left side is that without noise, as in `correlation_dimension`.
 
-    The region is, of all pieces of at least 4 points that end after 3 (m-1) delay steps, over which
-    the gap grows by a factor e, in which 60 % of the pairs are closer than exp(-1.5) times the
-    median gap of any two values (where the errors are known, H_k is below exp(-1.2) times the width
-    of any two values), and whose halves differ in slope by less than 35 %, the one whose slope has
-    the least standard error, of sampling and bend together, as a share of it. The interval is that
-    error times Student's t. Its upper end is further away where a slope not much greater would
-    leave no such piece, since the gap would be beyond its limit before step 3 (m-1) delay: there,
-    only series in which the gap happens to grow slowly have a region. The error of sampling is the
-    scatter over 30 blocks of successive references: the limit of a bootstrap over these blocks with
-    many draws, without its randomness.
-    It is wider by sqrt(1 + q) with q the share of the pairs that count from both their ends: all
-    with Kantz's method. Of 100 series of 2000 values each, the interval held the exponent of
-    Hénon's map, of the logistic map (ln 2) and of Lorenz' x in all (Kantz: in 99 of Lorenz'). Under
-    known noise of 2 % it held Hénon's in 97 % of 60 series of 500 values and in all of 2000, and
-    was 0.6 times as wide as under unknown noise. Where a motion lingers near a cycle
+    The scaling region is chosen among all ranges of at least 4 points that end after 3 (m-1) delay
+    steps, over which the gap grows by a factor e, in which 60 % of the pairs are closer than
+    exp(-1.5) times the median gap of any two values (if errors are known, H_k is below exp(-1.2)
+    times the width of any two values), and whose halves differ in slope by less than 35 %. It is
+    the one with the smallest relative standard error of the slope, of sampling and curvature
+    together. The interval is this error times Student's t. Its upper end is extended if a slightly
+    steeper slope would leave no such range, because the gap would reach its limit before step 3
+    (m-1) delay: only series in which the gap happens to grow slowly have a region then. The
+    sampling error is the scatter over 30 blocks of successive references, the limit of a block
+    bootstrap with many draws. It is multiplied by sqrt(1 + q), with q the fraction of pairs that
+    are counted in both directions (all with the method of Kantz). For 100 series of 2000 values
+    each, the interval contained the exponent of the Hénon map, of the logistic map (ln 2) and of x
+    of the Lorenz flow in all cases (with the method of Kantz in 99 for Lorenz). With known noise of
+    2 % it contained that of the Hénon map in 97 % of 60 series of 500 values and in all series of
+    2000, and was 0.6 times as wide as with unknown noise. If a motion stays near a cycle
     (intermittency) for much of the series, the interval is too narrow.
 
-    Where neighbours keep the phase of the motion, as on Rossler's attractor or within the bands of
-    a map, their gaps level off at an L below that of any two values, by exp(-0.5) or more. A line
-    is then fitted to S - ln(1 - exp(S - L)), which grows evenly where d' = d (1 - d / exp(L)), and
-    ends at L - 0.75. Neighbours may be apart along the flow, where they stay so: the gap may lack
-    a growth of ln(2) / 2, by which the upper end of the interval is further away.
+    If neighbours keep the phase of the motion, as on the Rössler attractor or within the bands of a
+    map, their gaps level off at an L below that of any two values, by exp(-0.5) or more. A line is
+    then fitted to S - ln(1 - exp(S - L)), which is linear if d' = d (1 - d / exp(L)), and ends at L
+    - 0.75. Separation along the flow does not grow, so that the gap may lack a growth of ln(2) / 2;
+    the upper end of the interval is extended by it.
 
     Parameters
     ----------
@@ -223,23 +225,25 @@ def lyapunov_exponent(
         Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by default,
         as in `correlation_sum`.
     method : {"rosenstein", "kantz"}
-        See above. That of Kantz averages gaps before their logarithm, which smooths noise, but
-        weighs fast growth more: the larger the radius, the more it reads too high. Of few values it
-        scatters more, as most references then have one neighbour or two, and half of them none.
+        See above. The method of Kantz averages gaps before taking the logarithm, which smooths
+        noise but gives more weight to fast growth: it is biased upwards with increasing radius. For
+        short series its scatter is larger, since most references have only one or two neighbours,
+        and half of them none.
     step : float, optional
-        Time between values [s], to have the exponent per second too.
+        Time between values [s], for the exponent per second.
     steps : int, optional
-        K, for how many steps neighbours are followed; by default until half of them are far apart,
-        at most 512.
+        K, number of steps for which neighbours are followed; by default until half of them are far
+        apart, at most 512.
     region : tuple of int, optional
-        First and last k of the line, to overrule the rule.
+        First and last k of the line, instead of the rule above.
     radius : float, optional
-        For Kantz, in the unit of `x`; by default half of the references have a neighbour.
+        Radius for the method of Kantz, in the unit of `x`; by default half of the references have a
+        neighbour.
     timing_error : float, optional
-        Standard deviation of the errors of the instants between which the values are intervals, as
-        for `correlation_dimension`. Unless it or `value_error` is given, that of impacts is the
-        root mean square of their `time_error`, but for those more than five times that of the
-        others, with the method of Rosenstein.
+        Standard deviation of the errors of the instants, if the values are intervals between
+        instants, as for `correlation_dimension`. By default (unless `value_error` is given), that
+        of impacts is the root mean square of their `time_error`, without those more than five times
+        that of the others. Only with the method of Rosenstein.
     value_error : float, optional
         Standard deviation of independent noise on each value. Only with the method of Rosenstein.
 
@@ -250,8 +254,8 @@ def lyapunov_exponent(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short; or takes so few different
-        values that there are no neighbours that are not equal.
+        If `x` is not a series of finite numbers, is constant or too short, or has so few distinct
+        values that all neighbours are equal.
 
     See Also
     --------

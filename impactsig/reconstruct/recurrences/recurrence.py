@@ -23,8 +23,8 @@ class RecurrencePlot(Shown):
     Attributes
     ----------
     matrix : ndarray of bool, shape (N, N)
-        R_ij: whether vectors i and j are within the radius; N^2 bytes. Rows and columns that stand
-        for a gap of the run are empty, on the main diagonal too.
+        R_ij: whether vectors i and j are within the radius; N^2 bytes. Rows and columns that
+        represent a gap of the run are False, also on the main diagonal.
     radius : float
         In the unit of the series.
     dimension, delay : int
@@ -67,9 +67,9 @@ class RecurrenceQuantification(Shown):
     Attributes
     ----------
     recurrence_rate : float
-        RR, share of the pairs (i, j), abs(i - j) > theiler, that are within the radius.
+        RR, fraction of the pairs (i, j), abs(i - j) > theiler, that are within the radius.
     determinism : float or None
-        DET, share of the recurrences that stand in diagonal lines.
+        DET, fraction of the recurrences in diagonal lines.
     mean_diagonal : float or None
         L, mean length of a diagonal line [vectors].
     longest_diagonal : int
@@ -77,13 +77,13 @@ class RecurrenceQuantification(Shown):
     entropy : float or None
         ENTR, Shannon entropy of the lengths of the diagonal lines [nat].
     laminarity : float or None
-        LAM, share of the recurrences that stand in vertical lines.
+        LAM, fraction of the recurrences in vertical lines.
     trapping_time : float or None
         TT, mean length of a vertical line [vectors].
     longest_vertical : int
         V_max [vectors].
     diagonals, verticals : ndarray of int, shape (N + 1,)
-        P(l): how many lines of length l there are, those shorter than the least too.
+        P(l): number of lines of length l, including those shorter than the minimum.
     radius : float or None
         In the unit of the series; None of a given matrix.
     dimension, delay : int or None
@@ -91,7 +91,7 @@ class RecurrenceQuantification(Shown):
     theiler, least_diagonal, least_vertical : int
         As given.
     warnings : tuple of str
-        Why the measures may say nothing.
+        Warnings about the result.
 
     See Also
     --------
@@ -156,12 +156,12 @@ def recurrence_plot(
     dimension, delay : int
         Coordinates of a vector, and the values from one to the next.
     radius : float, optional
-        In the unit of `x`; a tenth of its standard deviation is a beginning.
+        Radius, in the unit of `x`; a tenth of its standard deviation is a reasonable first choice.
     rate : float, optional
-        Instead of the radius, the recurrence rate: the least radius within which this share of the
-        pairs of different vectors lies is taken.
+        Recurrence rate, instead of the radius: the smallest radius with this fraction of the pairs
+        of different vectors is used.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------
@@ -228,8 +228,9 @@ def recurrence_quantification(
         LAM = sum v Q(v) / sum_{v>=1} v Q(v),      TT = sum v Q(v) / sum Q(v).
 
     Points with abs(i - j) <= theiler are no recurrences, and RR is the share of the others. A line
-    that touches the edge of the plot, or a gap of the run, counts with the length it has there.
-    Exact; N^2 comparisons (each a few ns) and memory of N numbers, the matrix is not made.
+    that touches the edge of the plot, or a gap of the run, counts with the length it has there. The
+    result is exact. It takes N^2 comparisons (a few ns each) and memory for N numbers; the matrix
+    is not stored.
 
     Parameters
     ----------
@@ -242,15 +243,14 @@ def recurrence_quantification(
     radius : float, optional
         In the unit of `x`.
     rate : float, optional
-        Instead of the radius, RR: the least radius within which this share of the pairs lies is
-        taken.
+        RR, instead of the radius: the smallest radius with this fraction of the pairs is used.
     theiler : int, optional
-        Pairs of vectors so many steps apart or less are left out. By default 0, the main diagonal;
-        of an array of bool -1, which leaves out none.
+        Pairs of vectors at most so many steps apart are excluded. By default 0, the main diagonal;
+        for an array of bool -1, which excludes none.
     least_diagonal, least_vertical : int
         l_min and v_min.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Raises
     ------

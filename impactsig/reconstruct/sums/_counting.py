@@ -55,7 +55,7 @@ def count_pairs(
     radii : ndarray of float64, shape (r,)
         Positive, ascending.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
     kernel : {"pairs", "boxes", "trees"}, optional
         Whether to look at all pairs, at near ones, or at pairs of boxes of k-d trees; unless given,
         what is expected to be fastest. The counts do not depend on it.

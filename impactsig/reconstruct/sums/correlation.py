@@ -46,11 +46,12 @@ class CorrelationSum(Shown):
     radii : ndarray, shape (r,)
         Radii, ascending, in the unit of the series.
     counts : ndarray, shape (dimensions, r)
-        Pairs within each radius, exact, of int64; of the Gaussian kernel its sum over all pairs.
+        Number of pairs within each radius, exact, of type int64; for the Gaussian kernel its sum
+        over all pairs.
     pairs : ndarray of int64, shape (dimensions,)
         Number of pairs of vectors that were compared.
     dimensions : tuple of int
-        Embedding dimensions, one for each row of `counts`; of given vectors their length.
+        Embedding dimensions, one for each row of `counts`; for given vectors their length.
     delay : int
         Delay, in steps of the series.
     theiler : int
@@ -93,7 +94,7 @@ class CorrelationSum(Shown):
     def local_slopes(self) -> np.ndarray:
         """Slope of ln C against ln r between neighbouring radii, shape (dimensions, r - 1).
 
-        A plateau over r that stays where it is as the dimension grows is the dimension D_q. Where
+        A plateau over r that does not change with the embedding dimension is the dimension D_q. If
         C of the smaller radius is 0, the slope is nan.
         """
         logs = np.log(np.where(self.sums > 0, self.sums, np.nan))
@@ -102,13 +103,13 @@ class CorrelationSum(Shown):
     def slope(self, low: float, high: float, fit: FitName | Fit = "least squares") -> np.ndarray:
         """Slope of ln C against ln r over the radii from `low` to `high`, shape (dimensions,).
 
-        Where it is the same over a wide range of radii, and does not grow with the dimension, it
-        is the generalized dimension D_q. It is nan where C of a radius is 0.
+        If it is the same over a wide range of radii, and does not grow with the embedding
+        dimension, it is the generalized dimension D_q. It is nan if C of a radius is 0.
 
         Parameters
         ----------
         low, high : float
-            Radii, in the unit of the series; both are part of the range.
+            Bounds of the radii, inclusive, in the unit of the series.
         fit : {"least squares", "theil-sen"} or callable
             The line through all points, the median of the slopes between any two, or a function
             fit(x, y) of ln r and ln C that returns the slope.
@@ -175,12 +176,11 @@ def correlation_sum(
         C_m(r) = #{i < j : j - i > W, max_k abs(x_{i+kd} - x_{j+kd}) <= r}
                  / ((n - W)(n - W - 1) / 2),
 
-    with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair
-    at exactly the distance r counts, pairs of equal vectors at every r. The comparison is that of
-    the float64 numbers: every count is what comparing pair by pair gives. What is fast is that
-    either all pairs are binned by the bits of their distances, in all dimensions at once, or near
-    pairs alone, or whole pairs of boxes of a k-d tree that no radius divides (whichever is
-    estimated to cost least).
+    with all n = N - (m - 1) d vectors of each dimension m (fewer where the run has gaps). A pair at
+    exactly the distance r counts, pairs of equal vectors at every r. Distances are compared as
+    float64 numbers, so that every count equals that of a loop over all pairs. Depending on the
+    estimated cost, all pairs are binned by the bits of their distances, in all dimensions at once,
+    or only near pairs, or whole pairs of boxes of a k-d tree that no radius divides.
 
     With C_i(r) the share of the partners of vector i within r, the sum of order q
     [HentschelProcaccia1983]_,
@@ -188,42 +188,41 @@ def correlation_sum(
     .. math:: C_q(r) = \Big( \frac1n \sum_i C_i(r)^{q-1} \Big)^{1/(q-1)} ,
         \qquad C_1(r) = \exp \frac1n \sum_i \ln C_i(r) ,
 
-    grows as r^D_q, whose slope `CorrelationSum.slope` reads. Vectors without a neighbour within r
-    make it 0 for q of 1 or less.
+    grows as r^D_q; `CorrelationSum.slope` estimates D_q. For q <= 1 it is 0 if a vector has no
+    neighbour within r.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,) or (n, d)
-        The series; of impacts, their interspike intervals. A gap in the run counts as `delay`
-        steps, and what reaches across it is no vector. Of two dimensions, the vectors themselves
-        in the order of time.
+        The series; for impacts, their interspike intervals. A gap in the run counts as `delay`
+        steps, and no vector extends across it. A two-dimensional array contains the vectors
+        themselves in order of time.
     dimensions : int or iterable of int, optional
-        Embedding dimensions m, ascending; a single number stands for all from 1 up to it, [m] for
-        m alone. 1 to 6 unless given; not for vectors.
+        Embedding dimensions m, ascending; a single number means all from 1 up to it, [m] only m. By
+        default 1 to 6; not for vectors.
     delay : int, optional
-        Delay d [steps]; of intervals the natural one is 1, the default. Not for vectors.
+        Delay d [steps]; by default 1, which is natural for intervals. Not for vectors.
     theiler : int, optional
-        Theiler window W [steps]: 0 leaves out only the pairs of a vector with itself. Unless
-        given, two mean periods (from one rise through the mean to the next), or until the
-        autocorrelation is not positive, where that is later; a tenth of the series at the most. Of
-        vectors, that of their first coordinate.
+        Theiler window W [steps]; 0 excludes only the pairs of a vector with itself. By default the
+        larger of two mean periods (between rises through the mean) and the first lag at which the
+        autocorrelation is not positive, but at most a tenth of the series; for vectors, that of
+        their first coordinate.
     radii : array_like, shape (r,), optional
-        Radii, positive and ascending, in the unit of the series. Unless given, quarter octaves,
-        2^(k/4): from the last that holds only pairs of equal vectors (or none) to the first that
-        holds all pairs. With more than 30 000 vectors they end where a vector has about 200
-        neighbours (in the lowest dimension asked for beyond 1), so that the cost grows as n. Of
-        the Gaussian kernel, from the first at which it sums to a pair.
+        Radii, positive and ascending, in the unit of the series. By default quarter octaves,
+        2^(k/4), from the last with only pairs of equal vectors (or none) to the first with all
+        pairs. With more than 30 000 vectors they end where a vector has about 200 neighbours (in
+        the lowest requested dimension above 1), so that the cost is proportional to n. For the
+        Gaussian kernel they start where it sums to one pair.
     norm : {"max", "euclidean"}
-        Distance of two vectors: the greatest difference of a coordinate, or the root of the sum of
-        squares.
+        Distance of two vectors: the maximum norm or the Euclidean norm of their difference.
     kernel : {"step", "gaussian"}
-        What a pair at the distance d adds: 1 if d <= r, or exp(-(d / 2r)^2), as in
+        Contribution of a pair at the distance d: 1 if d <= r, or exp(-(d / 2r)^2), as in
         `correlation_dimension`.
     q : float
         Order of the sum. Vectors, the Euclidean norm, the Gaussian kernel and orders other than 2
         compare all pairs, so that the cost grows as n^2.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
 
     Returns
     -------
@@ -232,10 +231,10 @@ def correlation_sum(
     Raises
     ------
     InvalidInput
-        If there is no pair of vectors of the greatest dimension (too short a series for it, the
-        delay and the Theiler window); if dimensions or a delay are given for vectors, which are
-        what they are; if the series is constant and no radii are given; if
-        dimensions or radii are not positive and ascending; if an argument is not of its kind.
+        If there is no pair of vectors of the greatest dimension (the series is too short for it,
+        the delay and the Theiler window); if dimensions or a delay are given for vectors; if the
+        series is constant and no radii are given; if dimensions or radii are not positive and
+        ascending; if an argument is invalid.
 
     See Also
     --------

@@ -16,21 +16,21 @@ from .surrogates import longest_stretch
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReturnMapDeterminism(Shown):
-    """Share of variance explained by the return map, beside that of surrogates.
+    """Fraction of variance explained by the return map, and that of surrogates.
 
     Attributes
     ----------
     explained : float
-        Share of the variance of a value that the one `lag` before decides; at most 1, and about
-        -1/neighbors where it decides nothing.
+        Fraction of the variance of a value that is explained by the one `lag` before; at most 1,
+        and about -1/neighbors for independent values.
     surrogates : ndarray, shape (count,)
-        The same of the values in random order.
+        The same for the values in random order.
     p_value : float
-        Probability of as great a share in random order.
+        Probability of as large a fraction in random order.
     lag, neighbors : int
         As used.
     warnings : tuple of str
-        Why the share may not mean what it says.
+        Warnings about the result.
 
     See Also
     --------
@@ -74,9 +74,9 @@ def return_map_determinism(
 
         explained = 1 - <(p_i - x_{i+lag})^2> / var(x),
 
-    that is 1 - E^2 of `prediction_error` in one dimension [Sauer1994]_. A one-dimensional map has
-    1 less what the mean over k neighbours blurs, independent values have -1/k. The same of shuffled
-    values tells what chance gives.
+    that is 1 - E^2 of `prediction_error` in one dimension [Sauer1994]_. It is nearly 1 for a
+    one-dimensional map, reduced by the averaging over k neighbours, and -1/k for independent
+    values. The same statistic of shuffled values gives its distribution by chance.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def return_map_determinism(
     count : int
         Number of shuffled series, 19 or more.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Raises
     ------

@@ -30,11 +30,11 @@ class PredictionError(Shown):
     error : ndarray, shape (h,)
         Root mean square error over the standard deviation; 1 is no better than the mean.
     dimension, delay, neighbors, theiler : int
-        How it was predicted.
+        Settings of the prediction.
     predictor : str
         "constant" or "linear".
     references : int
-        Delay vectors of which the future was predicted.
+        Number of delay vectors whose future was predicted.
 
     See Also
     --------
@@ -86,13 +86,13 @@ def prediction_error(
 ) -> PredictionError:
     """Normalised error of nearest-neighbour predictions of a series.
 
-    For each delay vector v_i = (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) the k nearest others are
-    looked up and what came h steps after their ends is averaged to a prediction p_i; the error is
+    For each delay vector v_i = (x_i, x_{i+delay}, ..., x_{i+(m-1) delay}) the prediction p_i is the
+    mean of the values h steps after the ends of its k nearest neighbours; the error is
 
         E(h) = sqrt(<(p_i - x_{i+(m-1) delay+h})^2>) / sd(x),
 
-    with averages over i and the standard deviation of what was to be predicted [Sauer1994]_. E = 1
-    is no better than the mean, a deterministic series has E << 1 at first and E -> 1 as h grows.
+    with averages over i and the standard deviation of the predicted values [Sauer1994]_. E = 1 is
+    no better than the mean; a deterministic series has E << 1 for small h and E -> 1 as h grows.
     All horizons have the same references and neighbours.
 
     Parameters
@@ -108,8 +108,8 @@ def prediction_error(
         predictor at least 2 (dimension + 1). Nearness is by the largest difference of a
         coordinate; of equally near vectors the earlier are taken.
     theiler : int, optional
-        Vectors at most so many steps before or after are no neighbours; by default
-        (m - 1) delay + h, so that no neighbour shares a value with the vector or its future.
+        Vectors at most so many steps before or after are excluded; by default (m - 1) delay + h, so
+        that no neighbour shares a value with the vector or its future.
     predictor : {"constant", "linear"}
         The mean of the neighbours' futures, or the plane fitted to them.
 
@@ -176,15 +176,15 @@ def prediction_error(
 def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
     """Skewness of the steps, <d^3> / <d^2>^(3/2) with d_i = x_{i+delay} - x_i.
 
-    It is 0 on average for every linear Gaussian process, also seen through a function, since such
-    a process runs alike in both directions of time [SchreiberSchmitz2000]_.
+    Its mean is 0 for every linear Gaussian process, also if observed through a function, since such
+    a process is reversible in time [SchreiberSchmitz2000]_.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
         A series in the order of time; of impacts, their interspike intervals [s].
     delay : int
-        From one value to the other.
+        Number of steps from one value to the other.
 
     Raises
     ------

@@ -37,25 +37,26 @@ class SurrogateTest(Shown):
     Attributes
     ----------
     statistic : float
-        Of the data (with autoregressive surrogates, of their normal scores; see `surrogate_test`).
+        The statistic of the data (with autoregressive surrogates, of their normal scores; see
+        `surrogate_test`).
     surrogates : ndarray, shape (count,)
         The statistic of each surrogate.
     p_value : float
-        Probability, were the null hypothesis true, of a rank as extreme as that of the data.
+        Probability of a rank as extreme as that of the data under the null hypothesis.
     name : str
-        Of the statistic.
+        Name of the statistic.
     alternative : str
         "less", "greater" or "two-sided".
     method : str
         The kind of surrogates.
     count : int
-        Values of the series that were used.
+        Number of values of the series that were used.
     spectrum_error : float or None
-        Distance of the spectrum of the data from the mean of the surrogates', by the median
-        distance of a surrogate: about 1 where they agree. None for shuffled surrogates, which have
-        another spectrum by their null hypothesis.
+        Distance of the spectrum of the data from the mean spectrum of the surrogates, relative to
+        the median distance of a surrogate: about 1 if they agree. None for shuffled surrogates,
+        whose null hypothesis implies another spectrum.
     warnings : tuple of str
-        Why the verdict may not mean what it says.
+        Warnings about the result.
 
     See Also
     --------
@@ -133,7 +134,7 @@ def surrogate_test(
 ) -> SurrogateTest:
     """Test a series against its surrogates, by the rank of a statistic.
 
-    The statistic is worked out for the data and for `count` surrogates (Theiler et al.
+    The statistic is computed for the data and for `count` surrogates (Theiler et al.
     [Theiler1992]_). With L surrogates at or below that of the data and G at or above it,
 
         p = (L + 1)/(count + 1)  "less",    (G + 1)/(count + 1)  "greater",
@@ -144,9 +145,9 @@ def surrogate_test(
 
     With autoregressive surrogates, the data and each surrogate are replaced by normal scores of
     their own ranks, so that the result does not depend on the monotone function that the null
-    hypothesis allows. Where the values fall into groups with a wide gap between them (a quarter of
-    the range from the 5 % to the 95 % quantile), the scores of data and surrogates alike are moved
-    apart there by 2: else neighbours would be taken across the gap.
+    hypothesis allows. If the values form groups with a wide gap between them (a quarter of the
+    range from the 5 % to the 95 % quantile), the scores of data and surrogates are separated there
+    by 2, to prevent neighbours across the gap.
 
     Parameters
     ----------
@@ -156,9 +157,9 @@ def surrogate_test(
     statistic : {"prediction_error", "time_reversal_asymmetry"} or callable
         What to compare: "prediction_error", as the function of that name has it by default (three
         delay coordinates, one step ahead), with autoregressive surrogates divided by the error of
-        the linear prediction from five values, which makes it depend little on the coefficients
-        of the process; the cheap `time_reversal_asymmetry`, which misses dynamics that look alike
-        in both directions; or any function of a series that returns a number.
+        the linear prediction from five values, which reduces its dependence on the coefficients of
+        the process; the cheap `time_reversal_asymmetry`, which does not detect dynamics that are
+        reversible in time; or any function of a series that returns a number.
     surrogates : {"autoregressive", "shuffled"}
         Kind of surrogates, and so the null hypothesis; see `surrogates`.
     count : int
@@ -167,7 +168,7 @@ def surrogate_test(
         On which side the data are expected; by default "less" for the prediction error, since
         determinism makes it smaller, and "two-sided" for any other.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Raises
     ------
@@ -181,15 +182,15 @@ def surrogate_test(
 
     Notes
     -----
-    A rejection says what the data are not. That they are a deterministic process, does not follow:
-    a non-linear stochastic or a non-stationary one is rejected as well. A periodic series is
-    rejected without being chaotic; `warnings` then says so, as it does where few values are
-    distinct (a coarse clock). Where the spectrum of the data is more than three times as far from
-    that of the surrogates as theirs are from each other, nothing is rejected (`decided`).
+    A rejection does not imply that the data are a deterministic process: nonlinear stochastic and
+    non-stationary processes are rejected as well. A periodic series is rejected without being
+    chaotic; there is a warning in this case, and if there are few distinct values (a coarse clock).
+    If the spectrum of the data is more than three times as far from that of the surrogates as
+    theirs are from each other, the null hypothesis is not rejected (`decided`).
 
     Noise with a power 1/f^alpha has a finite correlation dimension, 2/(alpha - 1) for alpha from 1
-    to 3 [Osborne1989]_. `warnings` says where the power rises like that towards the lowest
-    frequencies, and that a dimension is then no sign of determinism.
+    to 3 [Osborne1989]_. There is a warning if the power rises in this way towards the lowest
+    frequencies, since a dimension is then not a sign of determinism.
 
     Of 1000 series of 300 values, 3.3 to 6.2 % are rejected at 5 % with 19 surrogates
     (`benchmarks/surrogates.py`): autoregressive processes of the first and second order, their

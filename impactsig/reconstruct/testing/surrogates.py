@@ -32,15 +32,15 @@ class Surrogates(Shown):
     Attributes
     ----------
     values : ndarray, shape (count, n)
-        A surrogate a row.
+        The surrogates, one per row.
     original : ndarray, shape (n,)
-        What they are surrogates of: the series or, of a run with gaps, its longest part.
+        The original series; for a run with gaps, its longest part.
     method : str
         "autoregressive" or "shuffled".
     order : int
-        Of the autoregressive process; 0 for shuffled values.
+        Order of the autoregressive process; 0 for shuffled values.
     warnings : tuple of str
-        What of the series they do not stand for.
+        Properties of the series that the surrogates do not reproduce.
 
     See Also
     --------
@@ -80,7 +80,7 @@ class Surrogates(Shown):
 def surrogates(
     x: Any, count: int = 1, method: Method = "autoregressive", *, seed: Seed = None
 ) -> Surrogates:
-    """Surrogate series that share with `x` what a null hypothesis states, and are else random.
+    """Surrogate series: random realisations of a null hypothesis about a series.
 
     - "autoregressive": the values of `x`, all of them, in the order of a linear Gaussian process
       that is correlated as the data are [Buhlmann1997]_. Null hypothesis: a linear Gaussian process
@@ -89,9 +89,9 @@ def surrogates(
       and each surrogate puts the values of `x` into the order of a realisation.
     - "shuffled": the values in random order. Null hypothesis: they are drawn independently.
 
-    Fourier surrogates (random phases, IAAFT) are left out: seen through a function with heavy
-    tails, a linear process has IAAFT surrogates whose spectrum is not that of the data, and is
-    taken for a nonlinear one in up to 80 % of the cases.
+    Fourier surrogates (random phases, IAAFT) are not offered: for a linear process observed through
+    a function with heavy tails, the spectrum of IAAFT surrogates differs from that of the data, and
+    linearity is wrongly rejected in up to 80 % of the cases.
 
     Parameters
     ----------
@@ -99,12 +99,12 @@ def surrogates(
         Ten values or more; of impacts, their interspike intervals [s], where the run has gaps the
         longest stretch between two of them.
     count : int
-        How many surrogates.
+        Number of surrogates.
     method : {"autoregressive", "shuffled"}
-        Which kind.
+        Kind of surrogates.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on. The first
-        surrogates are the same whatever `count` is.
+        The same seed gives the same result; a Generator is advanced. The first surrogates are the
+        same whatever `count` is.
 
     Raises
     ------

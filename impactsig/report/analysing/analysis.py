@@ -40,30 +40,29 @@ class Analysis:
     rates : tuple of float
         Samples per second of each channel shown [Hz].
     overviews : tuple of Recording
-        The channels shown, those searched for impacts first, in the clock of the first; a long one
-        reduced to the least and the greatest sample of each of 10 000 spans, in that order, at the
-        rate which that makes.
+        The channels shown, those searched for impacts first, in the clock of the first. A long
+        channel is reduced to the minimum and maximum of each of 10 000 spans, in that order, with
+        the corresponding rate.
     searched : int
-        How many of them were searched for impacts.
+        Number of channels that were searched for impacts.
     roles : tuple of str
-        What each of them was taken for, by its unit, its name or its look; empty where the channels
-        were chosen by the user.
+        Role of each channel, by its unit, name or waveform; empty if the user chose the channels.
     spans : tuple of tuple of Span
-        Of each channel its samples around impacts, as many as a page can hold; none where the
-        overview holds every sample.
+        Samples around impacts for each channel, as many as fit on a page; none if the overview has
+        every sample.
     excerpts : tuple of (int, Recording)
         Close-ups at full rate: index of an impact, and the samples around it, of the sensor of its
         stop where there is one, else of the first.
     impacts : Impacts
     periodicity : Periodicity
     dynamics : Dynamics
-        What the intervals say of the motion; its costly parts only where they were asked for.
+        Analysis of the intervals; its costly parts only if requested.
     reading, detecting : mapping
         The options given, by name.
     forcing_period : float or None
         As given [s].
     warnings : tuple of str
-        What was warned of on the way.
+        Warnings during the analysis.
     """
 
     file: FileInfo
@@ -127,12 +126,12 @@ def analyse(
 ) -> Analysis:
     """Read a file, detect its impacts, identify its period and estimate its dynamics.
 
-    Where no channel is chosen of several, all are shown, and those are searched for impacts that
-    show them best: forces, else accelerations, else sounds, by their units and names; channels of
-    which neither tells are searched where they look like pulses, with a warning.
+    If the file has several channels and none is chosen, all are shown, and those with forces, else
+    accelerations, else sounds, by their units and names, are searched for impacts. Channels without
+    a telling unit or name are searched if their waveform consists of pulses, with a warning.
 
-    A recording of more than 20 million samples is taken in blocks, in bounded memory. Corrections
-    beside the file (`Impacts.write_corrections`) are made.
+    A recording of more than 20 million samples is processed in blocks, in bounded memory.
+    Corrections stored beside the file (`Impacts.write_corrections`) are applied.
 
     Parameters
     ----------
@@ -141,17 +140,18 @@ def analyse(
     forcing_period : float, optional
         Period of the forcing [s]; periods are then counted in forcing periods.
     dynamics : bool, optional
-        Whether to add what takes seconds: the correlation dimension of the intervals, their largest
-        Lyapunov exponent, and the test against surrogates. A train that is periodic for certain has
+        Whether to add analyses that take seconds: the correlation dimension of the intervals, their
+        largest Lyapunov exponent, and the surrogate test. A train that is certainly periodic has
         the dimension 0 in any case.
     channel, start, stop, scale, offset, unit, rate, resample, sensor, raw : optional
-        As for `impactsig.read`. Several channels are sensors of one machine, whose impacts make one
-        train; scale, offset, unit and sensor are then one for all, or a sequence with one for each.
+        As for `impactsig.read`. Several channels are sensors of one machine, whose impacts are
+        combined into one train; scale, offset, unit and sensor are then common to all, or sequences
+        with one value per channel.
     stops : sequence of int or None, optional
         As for `impactsig.detect_impacts`.
     separate_stops : bool, optional
-        Tell the impacts of two stops apart in the sound of one microphone, as
-        `impactsig.separate_stops` does.
+        Whether to distinguish two stops in the sound of one microphone, by
+        `impactsig.separate_stops`.
     threshold, polarity, contact_level, contact_time, merge_within, dead_time : optional
         As for `impactsig.detect_impacts`.
     gaps, least_probability : optional
@@ -171,8 +171,8 @@ def analyse(
     Warns
     -----
     ImpactsigWarning
-        As reading and detection do, and where it is doubtful which channels show impacts; the
-        texts are kept in the result too.
+        As reading and detection do, and if it is doubtful which channels show impacts; the warnings
+        are in the result, too.
     """
     from ...detect.detect import detect_opened
     from ...intervals import identify_period

@@ -54,26 +54,27 @@ class Dynamics:
     Attributes
     ----------
     intervals : int
-        How many there are.
+        Number of intervals.
     asked : bool
-        Whether the parts that take seconds were asked for.
+        Whether the parts that take seconds were requested.
     dimension : CorrelationDimension or None
-        Of the first 20 000 intervals at most. Of a train that is periodic for certain 0 with the
-        verdict "periodic": nothing is counted.
+        Correlation dimension of at most the first 20 000 intervals. For a train that is certainly
+        periodic it is 0, with the verdict "periodic".
     exponent : LyapunovExponent or None
-        Of the same intervals.
+        Largest Lyapunov exponent of the same intervals.
     surrogates : SurrogateTest or None
-        Of the first 1500 intervals at most.
+        Surrogate test of at most the first 1500 intervals.
     determinism : ReturnMapDeterminism or None
-        Of the same; how far an interval decides the next. Of a periodic train without missed and
-        spurious impacts, how far the lateness of an impact decides that of the next.
+        How far an interval determines the next, for the same intervals; for a periodic train
+        without missed and spurious impacts, how far the timing deviation of an impact determines
+        that of the next.
     false_share : float or None
         Share of false neighbours in the embedding of the exponent.
     repair : Repair or None
-        What `impactsig.repair_intervals` would change; None without a forcing frequency, with more
-        than 5000 impacts, and where none was identified.
+        Changes that `impactsig.repair_intervals` would make; None without a forcing frequency, with
+        more than 5000 impacts, or if there are none.
     without : mapping of str to str
-        Why a part that was tried is missing, by its name.
+        Reason why a part is missing, by its name.
     """
 
     intervals: int
@@ -111,7 +112,7 @@ class Dynamics:
     def covers(self, found: LyapunovExponent) -> bool:
         """Whether the 95 % interval of the exponent has reliable coverage.
 
-        That was established for 300 intervals and more, and where nothing speaks against them.
+        The coverage was measured for at least 300 intervals without warnings.
         """
         return self.significant and self.intervals >= ROUGH_BELOW and not found.warnings
 

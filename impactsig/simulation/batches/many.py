@@ -29,15 +29,15 @@ def simulate_blocks(
 ) -> Iterator[Motion]:
     """Simulate a system in consecutive blocks; joined, they equal the motion of `simulate`.
 
-    Memory is that of one piece. All pieces are on the same clock; a contact or stick that the end
-    of a piece cuts goes on in the next.
+    Memory is that of one block. All blocks have the same clock; a contact or stick at the end of a
+    block continues in the next.
 
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     block : float
-        Length of a piece: in forcing periods with `periods`, in seconds with `duration`.
+        Length of a block: in forcing periods with `periods`, in seconds with `duration`.
     **options
         As for `simulate`.
 
@@ -104,31 +104,32 @@ def simulate_many(
     Parameters
     ----------
     oscillators : Oscillator, OscillatorBatch or sequence of Oscillator
-        One for all, or one each. A batch, as scenes make of arrays, costs least.
+        One oscillator for all motions, or one each. A batch, made by a scene from arrays, is
+        fastest.
     initial : array_like, shape (2,) or (n, 2)
         Displacement and velocity at t = 0, one for all or one each.
     phase : float or array_like, shape (n,)
         Phase of the forcing at t = 0 [rad].
     executor : {"threads", "gpu"}
-        What moves them. A GPU, which must be one of NVIDIA's and needs ``impactsig[gpu]``, takes
-        those that are linear between events, with restitution coefficients that are numbers; its
-        own functions of angles may change the last bits, and a chaotic motion with them.
+        Where they are computed. A GPU (NVIDIA, with ``impactsig[gpu]``) takes oscillators that are
+        linear between events, with numbers as restitution coefficients. Its trigonometric functions
+        may differ in the last bits, which changes a chaotic motion.
     workers : int, optional
-        Threads; as many as there are cores unless given. The result does not depend on it.
+        Number of threads, by default the number of cores. The result does not depend on it.
     **options
         As for `simulate`; the same for all.
 
     Returns
     -------
     Motions
-        A sequence of `Motion`, in the order of what was given, each made when asked for; and
-        arrays of their numbers.
+        A sequence of `Motion` in the given order, each created on access, and arrays of their
+        numbers.
 
     Raises
     ------
     InvalidInput
-        If the numbers of oscillators, initial states and phases differ, if there is no GPU or one
-        that does not take them, or as `simulate` does.
+        If the numbers of oscillators, initial states and phases differ, if there is no GPU or it
+        does not support them, or as `simulate` does.
     MissingExtra
         If ``impactsig[gpu]`` is needed and not there.
 

@@ -29,25 +29,25 @@ NUMBERS = (
 class Motions(Shown, Sequence[Motion]):
     """Simulated motions of many oscillators, in the given order.
 
-    ``motions[k]`` is what `simulate` gives for that oscillator, to the last bit; it is made each
-    time it is asked for. What `Motion` has as numbers are arrays here, made at once.
+    ``motions[k]`` equals the result of `simulate` for that oscillator to the last bit; it is
+    created on each access. Scalar attributes of `Motion` are arrays here.
 
     Attributes
     ----------
     systems : sequence of Oscillator
-        What moved.
+        The simulated system.
     shape : tuple of int
         Shape of the arrays.
     start, duration : ndarray
         The spans after the transients [s].
     impact_count, stick_count : ndarray of int
-        How many there were.
+        Numbers of impacts and sticks.
     energy_lost : ndarray
-        As of `Motion`.
+        As in `Motion`.
     displacement, velocity, phase : ndarray
         The states at the end; see `Motion.final`.
     status : ndarray of str
-        As of `Motion`.
+        As in `Motion`.
 
     See Also
     --------
@@ -160,7 +160,7 @@ class Motions(Shown, Sequence[Motion]):
         return periods.reshape(self.shape)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The arrays, named; those of one axis that the scene was given are its coordinates.
+        """The arrays as a labelled dataset, with the parameters of one axis as coordinates.
 
         Raises
         ------

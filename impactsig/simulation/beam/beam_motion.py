@@ -44,24 +44,24 @@ class BeamMotion(Moved):
     Attributes
     ----------
     system : Cantilever
-        What moved.
+        The simulated system.
     frequencies : ndarray, shape (m,)
-        Natural frequencies of the modes that were followed [Hz].
+        Natural frequencies of the simulated modes [Hz].
     damping_ratios : ndarray, shape (m,)
-        Their damping, as shares of the critical.
+        Their damping ratios.
     start, duration : float
         The span after the transient [s].
     impacts : Impacts
-        Every impact of the tip, with its approach velocity; of a rigid stop with its impulse [N s],
-        of a soft one with contact time and peak force [N]. Impacts that follow one another closely
-        are what one contact of the beam is made of; see `apparent_restitution`.
+        Every impact of the tip, with its approach velocity; for a rigid stop with its impulse [N
+        s], for a soft one with contact time and peak force [N]. One contact of the beam consists of
+        impacts in quick succession; see `apparent_restitution`.
     sticks : ndarray, shape (s, 2)
-        Spans [s] in which the rigid stop held the tip while the beam behind it moved on.
+        Spans [s] in which the tip stayed at the rigid stop while the beam moved.
     energy_lost : float or None
         Energy lost in the impacts on a rigid stop [J]; None for a soft one.
     final : tuple
-        Modal displacements [m], modal velocities [m/s] and phase of the forcing at the end: what
-        `simulate` takes as `initial` and `phase` to go on.
+        Modal displacements [m], modal velocities [m/s] and phase of the forcing at the end; pass
+        them to `simulate` as `initial` and `phase` to continue.
     status : str
         "complete", "work limit" or "diverged".
 
@@ -99,7 +99,7 @@ class BeamMotion(Moved):
     def modal(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
         """Modal displacements and velocities at any times of the span, in closed form.
 
-        A modal displacement is what its mode adds to the deflection of the tip [m].
+        A modal displacement is the contribution of its mode to the deflection of the tip [m].
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class BeamMotion(Moved):
         Raises
         ------
         InvalidInput
-            If the time is outside the span, or a place not on the beam.
+            If the time is outside the span, or a position is not on the beam.
         """
         q, _v = self.modal(number("time", time))
         shapes = [self.system.mode_shape(n + 1, x) for n in range(len(q))]
@@ -163,7 +163,7 @@ class BeamMotion(Moved):
     def modal_at_impacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Modal displacements, and velocities before and after each impact, shape (n, m) each.
 
-        Of a soft stop, whose contact lasts, the two velocities are the same: those at the touch.
+        For a soft stop the two velocities are the same, those at the touch.
         """
         m = len(self.frequencies)
         states = self._rows[self._impact_rows, -2 * m :]

@@ -15,28 +15,29 @@ from .beam_motion import BeamMotion
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ApparentRestitution(Shown):
-    """Restitution coefficient with which a one-mode model would rebound as the beam does.
+    """Restitution coefficient of an equivalent one-mode model of a beam.
 
     Attributes
     ----------
     value : float
-        ``-sum(u v) / sum(u^2)``, u the first mode's velocities before the contacts and v those
-        after: the slope of v over -u through the origin, in which faster contacts count for more.
+        ``-sum(u v) / sum(u^2)``, with u and v the velocities of the first mode before and after the
+        contacts: the slope of v over -u through the origin, in which faster contacts have more
+        weight.
     error : float
         Its standard error, from the scatter about the slope; nan of a single contact.
     each : ndarray, shape (n,)
-        ``-v / u`` of each contact. Negative where the first mode still moves on when the contact
-        is over, and the spring brings it back.
+        ``-v / u`` of each contact. Negative if the first mode still moves towards the stop at the
+        end of the contact.
     approach, departure : ndarray, shape (n,)
         u and v [m/s]: velocities of the first mode relative to the stop, towards it.
     time, contact_time : ndarray, shape (n,)
-        When each contact began, and how long it lasted [s], from its first impact until the tip
-        last left the stop.
+        Start and duration of each contact [s], from its first impact until the tip leaves the stop
+        for the last time.
     impacts : ndarray of int, shape (n,)
-        How many impacts of the tip each was made of, without those that a chatter sums.
+        Number of impacts of the tip in each contact, without those that are summed as chatter.
     left_out : int
-        Contacts that were left out, as the first mode did not move towards the stop, or they were
-        too near an end of the motion to be known whole.
+        Number of contacts that were omitted, because the first mode did not move towards the stop,
+        or they were at an end of the motion.
     modes : int
         Modes of the motion.
     within : float
@@ -82,24 +83,25 @@ class ApparentRestitution(Shown):
 def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> ApparentRestitution:
     """Ratio of the first mode's velocities after and before each contact of a beam.
 
-    One contact of a beam is many impacts of its tip, or a span in which the stop holds it: higher
-    modes throw the tip back at once, and take energy that the first mode does not get back. A
-    model of one mode, as [Karpodinis]_ has with a restitution coefficient of 0.2 for steel on
-    steel, must put that into its coefficient. In many modes what comes out hardly depends on the
-    coefficient r of the tip itself: the stop holds the tip for about a tenth of the first mode's
-    period whatever r is, and lets it go as the beam has swung about its pinned tip.
+    A contact of a beam consists of many impacts of its tip, or of a span in which the tip stays at
+    the stop: higher modes return the tip at once, and take energy that the first mode does not
+    recover. In a one-mode model this loss is part of the restitution coefficient, as in
+    [Karpodinis]_ with 0.2 for steel on steel. With many modes the result hardly depends on the
+    restitution coefficient r of the tip itself: the tip stays at the stop for about a tenth of the
+    period of the first mode, for any r, and leaves it after the beam has swung about its pinned
+    tip.
 
-    What a spring and the forcing do to the first mode in that time is in it as well. So it is a
-    property of the beam alone only where they do little, as when a beam meets a stop at its place
-    of rest; under forcing it is a property of that motion.
+    The effects of the spring and the forcing on the first mode in this time are included. It is
+    therefore a property of the beam alone only if these are small, as for a stop at the rest
+    position; under forcing it is a property of the motion.
 
     Parameters
     ----------
     motion : BeamMotion
-        Of a `Cantilever`.
+        Motion of a `Cantilever`.
     within : float, optional
-        Impacts belong to one contact where the tip is away for no longer than this [s]; by default
-        a quarter of the first mode's period.
+        Impacts belong to one contact if the tip leaves the stop for at most this time [s]; by
+        default a quarter of the period of the first mode.
 
     Returns
     -------

@@ -34,7 +34,7 @@ class Running:
     Parameters
     ----------
     flow : Flow
-        What flows.
+        The flow.
     signal : callable, str or int, optional
         A function of the state, or the name or number of a coordinate; by default the first.
     initial : sequence of float, optional

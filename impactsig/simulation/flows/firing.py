@@ -30,26 +30,26 @@ def integrate_and_fire(
 ) -> Impacts:
     """Spikes of a neuron that integrates a signal up to a threshold [Sauer1994]_.
 
-    ``integral of S(y(t)) dt from one spike to the next = threshold``; the integral starts from 0
-    at the end of the transient and again at each spike, so that every interval, the one before the
-    first spike too, is a whole one. A signal that takes both signs fires when its integral first
-    reaches the threshold from below.
+    ``integral of S(y(t)) dt from one spike to the next = threshold``; the integral starts from 0 at
+    the end of the transient and again at each spike, so that every interval, including the one
+    before the first spike, is complete. With a signal of either sign, a spike occurs when the
+    integral first reaches the threshold from below.
 
     The flow is integrated by Dormand and Prince's method of order 8 at a tolerance of 1e-13, and a
     spike is the root of the integral on its interpolant, corrected by a step that ends there. Every
-    spike is found, however many a step holds. As long as errors have not grown, instants are right
-    to 1e-10 or better. In a chaotic flow they grow as exp(lambda t): in Lorenz' system to 1e-10
-    within 10 units of time and to the size of the attractor within 35. The spikes are then those of
-    another trajectory nearby, and each interval is still accurate for the state that it starts
-    from.
+    spike is found, even if there are several within a step. Instants are accurate to 1e-10 or
+    better as long as errors have not grown. In a chaotic flow errors grow as exp(lambda t): in the
+    Lorenz system to 1e-10 within 10 units of time and to the size of the attractor within 35. The
+    spikes are then those of another trajectory nearby, and each interval is still accurate for the
+    state at its start.
 
     Parameters
     ----------
     flow : Flow
         See `impactsig.flows`.
     threshold : float
-        Integral at which it fires, in units of the signal times time; positive. It sets how many
-        spikes an orbit of the flow has.
+        Integral at which a spike occurs, in units of the signal times time; positive. It determines
+        the number of spikes per orbit of the flow.
     signal : callable, str or int, optional
         ``signal(y)`` as a function of the state, which numba must be able to compile; it need not
         be positive. Or the name or number of a coordinate. By default the signal of the flow. A
@@ -106,10 +106,10 @@ def threshold_crossings(
 ) -> Impacts:
     """Spikes at the crossings of a level by a signal [CastroSauer1997]_.
 
-    Accuracy as that of `integrate_and_fire`. The signal is taken for a polynomial of degree 11 over
-    a step, in which no crossing is missed, however short the visit beyond the level, and then
-    corrected; for a coordinate this is exact. A signal that touches the level does not cross it;
-    one that starts on it crosses when it comes back.
+    The accuracy is that of `integrate_and_fire`. Over a step the signal is represented by a
+    polynomial of degree 11, of which no crossing is missed, and the instants are then corrected;
+    for a coordinate this is exact. A signal that touches the level does not cross it; one that
+    starts on it crosses when it returns.
 
     Parameters
     ----------

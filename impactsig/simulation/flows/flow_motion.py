@@ -35,14 +35,14 @@ class FlowMotion(Moved):
     Attributes
     ----------
     system : Flow
-        What flows.
+        The flow.
     start, duration : float
         The span after the transient.
     final : ndarray, shape (d,)
-        State at the end: what `simulate` takes as `initial` to go on.
+        State at the end; pass it to `simulate` as `initial` to continue.
     status : str
-        "complete"; "diverged" where the flow left the finite numbers, "work limit" where its steps
-        became too short to go on: the span ends before.
+        "complete"; "diverged" if the state overflowed; "work limit" if the steps became too short.
+        The span ends before.
 
     See Also
     --------
@@ -68,7 +68,8 @@ class FlowMotion(Moved):
     def sample(self, time: Any) -> np.ndarray:
         """States at any times of the span, shape of `time` and (d,).
 
-        From the interpolant of order 7 of the steps. The steps do not depend on the times.
+        The states come from the interpolant of order 7 of the steps, which do not depend on the
+        times.
 
         Raises
         ------
@@ -100,7 +101,7 @@ class FlowMotion(Moved):
         return out
 
     def stroboscopic(self, phase: float = 0.0) -> Any:
-        """Refused: the forcing of a flow is not known.
+        """Not available for a flow, whose forcing is not known.
 
         Raises
         ------

@@ -22,14 +22,14 @@ ECHO_STRENGTH = 0.5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Measured(Shown):
-    """A train as an instrument counts it, together with the true one.
+    """A measured train, together with the true one.
 
     Attributes
     ----------
     impacts : Impacts
-        What was measured.
+        The measured train.
     truth : Impacts
-        What there was.
+        The true train.
     source : ndarray of int, shape (len(impacts),)
         Index of the true impact for each measured one; -1 for others (spurious spikes,
         echoes, and approaches that noise took for impacts).
@@ -87,56 +87,56 @@ def measure(
 ) -> Measured:
     """Apply the counting errors of an instrument: noise, jitter, missed and spurious impacts.
 
-    In this order: impacts are counted where the noisy displacement comes up to a threshold; some
-    are missed; those that are not are moved by the jitter, and may be
-    followed by echoes; spurious spikes are added; what comes too soon after another is ignored.
-    Every effect has random numbers of its own, drawn for every impact: to switch one on, or to
-    change its strength, leaves what the others do to an impact as it was.
+    The effects are applied in this order: impacts are counted where the noisy displacement reaches
+    a threshold; some are missed; the others are shifted by jitter and may be followed by echoes;
+    spurious spikes are added; impacts within the dead time of another one are ignored. Every effect
+    has its own random numbers for every impact, so that changing one effect does not change the
+    others.
 
     Parameters
     ----------
     impacts : Impacts or Motion
         The truth.
     noise : float
-        White Gaussian noise on the displacement before it is thresholded, as [Karpodinis]_ has
-        it: its standard deviation as a share of that of the displacement relative to the stops
-        over the run (which scale the percentages of the thesis refer to is not in the text that
-        is left; this one is ours). With s the standard deviation of the noise, a spike is
-        counted at the first sample that is above the threshold, 3 s short of the stop and half
-        of the longest way between two samples, and no other until a sample was 11 s short of
-        it. So instants are early by the way to the threshold over the velocity, several impacts
-        in one excursion are one spike, and approaches that turn back just short of the stop are
-        counted as well, with the strengths 0. Needs a Motion.
+        White Gaussian noise on the displacement before the threshold, as in [Karpodinis]_: its
+        standard deviation as a fraction of that of the displacement relative to the stops over the
+        run (the reference of the percentages in the thesis is not in the available text; this is
+        our choice). With s the standard deviation of the noise, a spike is counted at the first
+        sample above the threshold, which is 3 s plus half of the longest displacement between two
+        samples short of the stop, and no further one until a sample was 11 s short of it. Instants
+        are therefore early by the distance to the threshold divided by the velocity, several
+        impacts in one excursion are one spike, and approaches that turn back just short of the stop
+        are counted as well, with strengths 0. Requires a Motion.
     rate : float, optional
-        Samples per second of the displacement [Hz], where there is noise; by default 2500 a
-        forcing period (or a natural one, without forcing), as the thesis' 50 to 60 kS/s.
+        Samples per second of the noisy displacement [Hz]; by default 2500 per forcing period (or
+        natural period, without forcing), corresponding to 50 to 60 kS/s in the thesis.
     jitter : float
-        Standard deviation of the instants (Gaussian) [s]. An instant that would leave the run is
+        Standard deviation of the Gaussian jitter of the instants [s]. An instant outside the run is
         set to its end.
     dead_time : float
         Impacts at most this long after one that was counted are ignored [s].
     missed : float
         Share of the impacts that are missed, whatever their strength, 0 to 1.
     missed_weak : (level, scale), optional
-        Weak impacts are missed as well: one of strength s with the probability
+        Additional misses of weak impacts: an impact of strength s is missed with the probability
         ``1 / (1 + exp((s - level) / scale))``, half of those at `level`. The strength is the peak,
-        or where there is none the approach velocity or the impulse.
+        or else the approach velocity or the impulse.
     spurious : float
-        Spurious spikes as a share of the impacts: a Poisson process over the run, less its gaps,
-        of which `spurious` times the number of impacts are to be expected. Each has the contact
-        time, peak and impulse of an impact chosen at random.
+        Expected number of spurious spikes, as a fraction of the number of impacts: a Poisson
+        process over the run without its gaps. Each has the contact time, peak and impulse of a
+        randomly chosen impact.
     echoes : float
         Probability that an impact is followed by an echo, 0 to 1; half as strong.
     echo_delay : float
         Time from an impact to its echo [s].
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------
     Measured
-        The `time_error` of its impacts is that of the truth, the jitter, and how far the noise
-        moved them (RMS), together; their `probability` is the share of them that were impacts.
+        The measured train. Its `time_error` combines that of the truth, the jitter, and the RMS
+        shift by the noise; its `probability` is the fraction of its spikes that are impacts.
 
     Raises
     ------

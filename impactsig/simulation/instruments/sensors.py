@@ -16,15 +16,15 @@ class LoadCell:
 
     With peak P and contact time T the record holds ``P sin(pi (t - touch) / T)`` while in contact,
     and after it the tail ``ringing P sin(2 pi f s) exp(-s / decay)``, s being the time since the
-    contact ended. By default nothing disturbs it.
+    contact ended. By default there are no disturbances.
 
     Parameters
     ----------
     contact_time : float
-        Contact time of impacts that bring none of their own [s].
+        Contact time of impacts without a measured one [s].
     gain : float
-        Record per unit of strength: of the peak, or of the approach velocity where impacts have no
-        peak but that. An impact that has neither, nor an impulse, has the peak `gain`.
+        Signal per unit of strength: of the peak, or of the approach velocity if impacts have no
+        peak. An impact with neither, nor an impulse, has the peak `gain`.
     noise : float
         Standard deviation of white noise [unit].
     drift, drift_period : float
@@ -85,7 +85,7 @@ class LoadCell:
 
 @dataclass(frozen=True)
 class Microphone:
-    """A microphone near the beam: every impact rings the beam's modes, over pink room noise.
+    """A microphone near the beam: every impact excites the modes of the beam, in pink room noise.
 
     Sound arrives ``distance / 343 m/s`` after the impact, with ``gain * strength / distance`` times
     the sum of ``share sin(2 pi f s + phase) exp(-s / decay)`` over the modes, s being the time
@@ -94,15 +94,16 @@ class Microphone:
     Parameters
     ----------
     distance : float
-        From the stop to the microphone [m].
+        Distance from the stop to the microphone [m].
     modes : sequence of (frequency, decay, share)
         Frequency [Hz], time constant [s] and relative amplitude of each mode. Modes at or above
         half the rate are left out, as an anti-aliasing filter would.
     phases : sequence of float, optional
-        Phase of each mode [rad]. With them every impact sounds the same, but for its strength, as
-        where a structure is always hit at one spot. By default every impact sounds different.
+        Phase of each mode [rad]. If given, all impacts sound the same except for their strength, as
+        for a structure that is always hit at the same point. By default every impact sounds
+        different.
     gain : float
-        Record per unit of strength at 1 m; the strength is the peak, or else the approach velocity
+        Signal per unit of strength at 1 m; the strength is the peak, or else the approach velocity
         or the impulse, or else 1.
     noise : float
         RMS of the room noise [unit]: pink, 1/f in power from 20 Hz upwards.

@@ -37,20 +37,20 @@ def synthesize(
 ) -> Recording:
     """Synthesise the recording that an instrument would make of these impacts.
 
-    Every impact is placed at its own instant, between samples as well: the waveform is evaluated
-    at the sampling instants. No anti-aliasing filter is applied. Waveforms that overlap add.
+    Impacts may lie between samples: the waveform of each is evaluated at the sampling instants. No
+    anti-aliasing filter is applied. Overlapping waveforms are added.
 
     Parameters
     ----------
     impacts : Impacts
-        Measured or simulated. Contact times that are measured and positive are used; others are
-        the sensor's. The peak of a pulse is the peak of the impact; where that is not known, the
-        one that gives it its impulse; where neither is, it is proportional to the approach
-        velocity; where nothing is known, all are equal.
+        Measured or simulated impacts. Positive contact times are used; otherwise that of the
+        sensor. The peak of a pulse is the peak of the impact; if unknown, it is computed from the
+        impulse; if neither is known, it is proportional to the approach velocity; if nothing is
+        known, all peaks are equal.
     sensor : {"force", "sound"}, LoadCell or Microphone
-        "force" and "sound" are a load cell and a microphone of default settings. A sequence has one
-        for each stop of `Impacts.stop_index`, as two stops sound differently in one microphone: the
-        record is the sum of what each makes, noise included.
+        "force" and "sound" are a load cell and a microphone with default settings. A sequence has
+        one for each stop of `Impacts.stop_index`, for example for two stops that sound different in
+        one microphone: the record is the sum of their signals, noise included.
     rate : float, optional
         Samples per second [Hz]; by default 50 000 for a load cell, 22 050 for a microphone.
     start, duration : float, optional
@@ -60,7 +60,7 @@ def synthesize(
     full_scale : float, optional
         Range of the converter, -full_scale to full_scale [unit]; the record saturates there.
     seed : int, SeedSequence or Generator, optional
-        The same seed gives the same result; a Generator is drawn from and moves on.
+        The same seed gives the same result; a Generator is advanced.
 
     Returns
     -------

@@ -20,25 +20,25 @@ THESIS_NOISE = (0.0, 0.00247, 0.00476, 0.0096)
 def noisy_trains(
     motion: Motion, noise: Any = THESIS_NOISE, *, seed: Seed = None
 ) -> dict[str, Impacts]:
-    """Impacts of a motion as a threshold detector counts them, at several noise levels.
+    """Impacts of a motion as counted by a threshold detector, at several noise levels.
 
-    Figures 4.17 to 4.19 of [Karpodinis]_ follow from it: `plot.return_maps` of the trains, or
-    `plot.interval_densities` of them over the levels. What a level is a share of, `measure` says.
+    Figures 4.17 to 4.19 of [Karpodinis]_ are `plot.return_maps` of the trains, or
+    `plot.interval_densities` over the levels. The levels are defined in `measure`.
 
     Parameters
     ----------
     motion : Motion
-        What is measured.
+        The motion to measure.
     noise : array_like
-        Levels, as of `measure`; by default those of the thesis, 0 to 0.960 %.
+        Levels, as in `measure`; by default those of the thesis, 0 to 0.960 %.
     seed : int, SeedSequence or Generator, optional
         Of the noise, the same at every level. The same seed gives the same result; a Generator is
-        drawn from and moves on.
+        advanced.
 
     Returns
     -------
     dict of str to Impacts
-        By the level in per cent.
+        The trains, by the level in per cent.
 
     Raises
     ------
@@ -81,9 +81,9 @@ def fired_trains(
     Parameters
     ----------
     flow : Flow
-        What fires.
+        The flow.
     thresholds : array_like
-        Of the integral of the signal, 20 to 60 in the thesis, or of the signal itself.
+        Thresholds of the integral of the signal, 20 to 60 in the thesis, or of the signal itself.
     kind : {"integral", "crossing"}
         `integrate_and_fire` or `threshold_crossings`.
     **options
@@ -92,7 +92,7 @@ def fired_trains(
     Returns
     -------
     dict of str to Impacts
-        By the threshold.
+        The trains, by the threshold.
 
     Raises
     ------

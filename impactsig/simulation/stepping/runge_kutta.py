@@ -69,19 +69,19 @@ class RungeKutta:
 class FixedStep:
     """The classical Runge-Kutta method of order 4 with fixed steps, as in [Karpodinis]_.
 
-    A step that ends beyond a stop is halved, again and again, to land on it. A contact that begins
-    and ends within a step is missed: to compare with, not to rely on.
+    A step that ends beyond a stop is bisected to end at the stop. Contacts that begin and end
+    within a step are missed. Use this method for comparisons only.
 
     Parameters
     ----------
     steps : int
-        Steps in a period of the first force, or else of the base (without forcing, in a natural
-        period).
+        Number of steps per period of the first force, or else of the base (without forcing, per
+        natural period).
 
     Raises
     ------
     InvalidInput
-        If they are not a whole number in range.
+        If `steps` is not an integer in range.
 
     See Also
     --------
@@ -112,7 +112,7 @@ class SteppingEngine:
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     method : RungeKutta or FixedStep
         How it is stepped.
     chatter : float

@@ -32,8 +32,8 @@ MOST_REMEMBERED = 0.02
 class AveragedDensity(Shown):
     """Stationary densities of an oscillator under noise, by averaging over its orbits.
 
-    Energies are measured from the bottom of the well, the lowest of several; every number is in the
-    oscillator's own units.
+    Energies are measured from the bottom of the well (the lowest of several). All quantities are in
+    the units of the oscillator.
 
     Attributes
     ----------
@@ -43,22 +43,23 @@ class AveragedDensity(Shown):
     bottom : float
         Displacement of the bottom of the well.
     mean, sd : float
-        Of the energy.
+        Mean and standard deviation of the energy.
     greatest : float
-        Energy beyond which the density is taken to be 0; it is e^-50 of its greatest there.
+        Energy above which the density, less than e^-50 of its maximum, is set to 0.
     exchange : float
-        How far the orbits are from conservative ones: the energy that damping, friction and stops
-        give and take in a cycle by that which the oscillator has, a stop by that with which it is
-        met; the mean over all that is given and taken. See `holds`.
+        Energy exchanged per cycle with damping, friction and stops, relative to the energy of the
+        oscillator (for a stop, relative to the energy at the impact), averaged over the exchanged
+        energy. It measures the deviation of the orbits from conservative ones. See `holds`.
     memory : float
-        The same within the correlation time of the noise; of white noise it is 0.
+        The same within the correlation time of the noise; 0 for white noise.
     accuracy : float
-        Relative change of the integrals over a cycle when the nodes were doubled last, the
-        greatest of all orbits; where the energy is below the mean, times the share it is of that.
+        Relative change of the integrals over a cycle in the last doubling of the nodes, the
+        greatest of all orbits; weighted by the ratio of energy to mean energy for energies below
+        the mean.
     wells : numpy.ndarray, shape (n,)
-        Displacements of the bottoms of the wells, rising.
+        Displacements of the bottoms of the wells, ascending.
     within : numpy.ndarray, shape (n,)
-        Probability of each well below the saddles beside it; of the only one it is 1.
+        Probability of each well below the adjacent saddles; 1 for a single well.
 
     See Also
     --------
@@ -91,19 +92,19 @@ class AveragedDensity(Shown):
     def holds(self) -> bool:
         """Whether averaging is accurate, to about 1 % of the mean energy.
 
-        That is taken to be so where `exchange` is at most 0.5, or with one of the other impact
-        terms 0.1, and `memory` at most 0.02: what is exchanged in a correlation time makes the mean
-        energy about half as far off.
+        True if `exchange` is at most 0.5 (0.1 with one of the other impact terms) and `memory` at
+        most 0.02: the relative error of the mean energy is about half of `memory`.
 
-        Of the Van der Pol-Duffing scene with restitution 0.99, 0.95, 0.9, 0.8 and 0.5 the exchange
-        is 0.06, 0.24, 0.42, 0.75 and 1.9. With the logarithmic impact term its mean energy is 0.0,
+        For the Van der Pol-Duffing scene with restitution 0.99, 0.95, 0.9, 0.8 and 0.5 the exchange
+        is 0.06, 0.24, 0.42, 0.75 and 1.9. With the logarithmic impact term the mean energy is 0.0,
         0.3, 0.7, 0.9 and 12 % below that of simulated motions (standard errors 0.3, 0.7, 0.5, 0.3
         and 0.2 %); with the exact one it is 1, 8, 12, 22 and 48 % above, with the linearised one
-        0.5, 4, 5, 10 and 16 %. At rigid, Kelvin-Voigt and Hertz stops beside the bottom the mean is
-        0.2 to 0.6 % below at exchanges of 0.2 to 0.5, 0.8 to 1.6 % at 0.6, 2.3 to 5 % from 0.8 on;
-        where a Hertz stop has a restitution coefficient, 1 % above at 0.2 to 0.3. The condition is
-        not necessary: smooth damping, in one well or two, leaves the mean within 0.5 % up to 1.2,
-        and with a linear damper, and no loss elsewhere, averaging is exact.
+        0.5, 4, 5, 10 and 16 %. At rigid, Kelvin-Voigt and Hertz stops near the bottom the mean is
+        0.2 to 0.6 % too low at exchanges of 0.2 to 0.5, 0.8 to 1.6 % at 0.6, and 2.3 to 5 % from
+        0.8 on; for a Hertz stop with a restitution coefficient it is 1 % too high at 0.2 to 0.3.
+        The condition is not necessary: with smooth damping, in one or two wells, the mean is within
+        0.5 % up to an exchange of 1.2, and with a linear damper and no other loss averaging is
+        exact.
         """
         most = MOST_EXCHANGED[self.impact]
         return self.exchange <= most and self.memory <= MOST_REMEMBERED
@@ -209,7 +210,7 @@ class AveragedDensity(Shown):
         return _over(self._density.potential, _reals("x", x))
 
     def reach(self, energy: float) -> tuple[float, float]:
-        """Least and greatest displacement of a motion of that energy.
+        """Least and greatest displacement of a motion of a given energy.
 
         Raises
         ------
@@ -296,57 +297,58 @@ class AveragedDensity(Shown):
 def averaged_density(oscillator: Oscillator, *, impact: Impact = "logarithmic") -> AveragedDensity:
     """Stationary densities of an oscillator under noise, by averaging over its orbits.
 
-    With the energy ``H = m v^2 / 2 + G(x)``, and with damping, friction, impacts and noise so weak
-    that an orbit hardly changes in a cycle, H is a diffusion [Stratonovich1963]_,
-    [RobertsSpanos1986]_ with drift and diffusion
+    If damping, friction, impacts and noise are so weak that an orbit hardly changes in a cycle, the
+    energy ``H = m v^2 / 2 + G(x)`` is a diffusion process [Stratonovich1963]_, [RobertsSpanos1986]_
+    with drift and diffusion
 
     ``U = I / m + (D - L) / T``,  ``V^2 = 2 I A / T``,
 
-    where over a cycle A is the integral of v dx, D the work of all that depends on the velocity, L
-    the loss at the stops, and I the noise's intensity. As ``dA/dH = T / m``, its stationary
+    where A is the integral of v dx over a cycle, D the work of the velocity-dependent forces, L the
+    loss at the stops, and I the intensity of the noise. Since ``dA/dH = T / m``, its stationary
     density is
 
     ``p(H) = N (T / m) exp Psi(H)``,  ``dPsi/dH = (D - L) / (I A)``,  ``p(x, v) = N exp Psi(H)``.
 
-    Filtered noise, and noise in a band, feeds in what it has at the multiples of the orbit's
-    frequency [Zhu1988]_, [ZhuHuangSuzuki2001]_: A is then, in all but ``dA/dH``, the sum
+    Filtered noise and noise in a band supply energy at the multiples of the frequency of the orbit
+    [Zhu1988]_, [ZhuHuangSuzuki2001]_. A is then replaced, except in ``dA/dH``, by the sum
 
     ``B = (T / 2) sum_n F_n^2 S(2 pi n / T) / (2 I)``,  ``U = (I dB/dH + D - L) / T``,
 
-    with S the spectral density of `Noise` and F_n the coefficients of the velocity's series of
-    sines from a turn on; of noise of the stiffness they are those of ``x v``. The noise must forget
-    sooner than the energy changes.
+    with S the spectral density of `Noise` and F_n the coefficients of the sine series of the
+    velocity, starting at a turning point; for parametric noise they are those of ``x v``. The
+    correlation time of the noise must be shorter than the time in which the energy changes.
 
-    The potential G holds the spring, the load and ``law(0, x, 0)``; D what the law does beyond that
-    and the damper and the friction, which is the kinetic one. A force that is even in v does no
-    work in a cycle, and falls out. Where there are several wells, each has orbits of its own below
-    the saddles beside it, and others go over several wells above the saddles between them; as no
-    probability flows along any of these families, Psi is continuous where they meet.
+    The potential G includes the spring, the load and ``law(0, x, 0)``; D includes the rest of the
+    law, the damper and kinetic friction. Forces that are even in v do no work over a cycle. With
+    several wells, each has its own orbits below the adjacent saddles, and orbits above a saddle
+    pass through several wells; since there is no probability flow along any of these families, Psi
+    is continuous where they meet.
 
     Parameters
     ----------
     oscillator : Oscillator
-        One mass in one well or several, with noise, without forcing, with stops anywhere: the
-        springs of soft ones are part of the potential, and what their dampers take is part of D,
-        along the orbit of the conservative motion.
+        An oscillator with noise and without forcing, in one or several wells, with stops at any
+        position. Springs of soft stops are part of the potential, and the work of their dampers
+        along the conservative orbit is part of D.
     impact : {"logarithmic", "exact", "linearised"}
-        What an impact with a rigid stop takes of the kinetic energy E, as a rate over the cycle
-        before it. The papers' linearised ``2 (1 - r) E`` treats it as a weak force in Zhuravlev's
-        coordinate [Zhuravlev1976]_. What it takes exactly is ``(1 - r^2) E``; but E is the energy
-        before the impact, which is more than the mean over the cycle. ``-2 ln(r) E`` is the rate
-        under which the energy falls to r^2 of itself in a cycle, and thus right to second order.
+        Loss of kinetic energy E in an impact with a rigid stop, as a rate over the preceding cycle.
+        "linearised", ``2 (1 - r) E``, used in the papers, treats the impact as a weak force in
+        Zhuravlev's coordinate [Zhuravlev1976]_. "exact", ``(1 - r^2) E``, is the loss of one
+        impact, but E is the energy before the impact, which exceeds the mean over the cycle.
+        "logarithmic", ``-2 ln(r) E``, is the rate at which the energy decreases to r^2 of its value
+        in a cycle, and correct to second order.
 
     Returns
     -------
     AveragedDensity
-        With how far averaging holds.
+        The densities, with measures of the accuracy of averaging.
 
     Raises
     ------
     InvalidInput
-        If the oscillator is forced, it has no noise, its law depends on time, it has no well, or no
-        stationary density: it leaves the well, gains more than it loses at all energies, or rests
-        where noise of the stiffness exerts no force.
+        If the oscillator is forced, has no noise, has a law that depends on time, has no well, or
+        no stationary density: it leaves the well, gains more energy than it loses at all energies,
+        or rests where parametric noise exerts no force.
 
     See Also
     --------

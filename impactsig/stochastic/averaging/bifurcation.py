@@ -43,15 +43,14 @@ class PBifurcation(Shown):
     Attributes
     ----------
     values : numpy.ndarray, shape (n,)
-        Values of the parameter, rising.
-    shapes : tuple of DensityShape
-        The extrema of the joint density at each, those of peaks below `least` left out.
+        Values of the parameter, ascending. shapes : tuple of DensityShape Extrema of the joint
+        density at each value, without peaks below `least`.
     transitions : tuple of Transition
-        Where the class changes.
+        Changes of the class.
     least : float
-        Share of the highest peak below which one does not count.
+        Fraction of the highest peak below which a peak is not counted.
     parameter : str
-        What the parameter is called: what the scene calls it.
+        Name of the parameter, as in the scene.
 
     See Also
     --------
@@ -95,18 +94,19 @@ def p_bifurcation(
     """P-bifurcations: changes in the shape of an averaged joint density [Arnold1998]_.
 
     The joint density p(x, v) is a function of the energy whose extrema are the bottom of the well
-    and the orbits on which a cycle gains from the damping what it loses at the stops
+    and the orbits on which the energy gained by damping in a cycle equals the loss at the stops
     (`DensityShape`). Its class changes where two of these orbits appear or vanish together, or
-    where one leaves the bottom. That does not depend on the intensity of the noise, which makes
-    peaks lower and wider but moves none; p(H), which at the bottom may have a pole, does not enter.
+    where one emerges from the bottom. This does not depend on the intensity of the noise, which
+    changes height and width of the peaks but not their positions. p(H), which may have a pole at
+    the bottom, is not used.
 
-    Papers that count "one", "two" and "three peaks" look at a cut along the velocity
-    (`DensityShape.peaks`). Of the Van der Pol-Duffing scene the peak at the bottom, which friction
-    holds up, is never gone as long as there is friction: over restitution coefficients from 0.95 to
-    0.99 the classes are one peak and, from 0.970 on, three. What makes them "two" is that
-    the central peak becomes too low to be seen: at 0.99 it has 0.6 % of the height of the ridge.
-    With ``least=0.02`` the papers' sequences come out, over restitution one, three, two, and over
-    friction 0, 2, 2.5, 3 two, three, three, one.
+    Papers that count "one", "two" and "three peaks" refer to a cut along the velocity
+    (`DensityShape.peaks`). For the Van der Pol-Duffing scene the peak at the bottom, which is due
+    to friction, never vanishes with friction: over restitution coefficients from 0.95 to 0.99 the
+    classes are one peak and, from 0.970 on, three. The papers count two where the central peak is
+    too low to be visible: at 0.99 it has 0.6 % of the height of the ridge. With ``least=0.02`` the
+    sequences of the papers are reproduced: over restitution one, three, two, and over friction 0,
+    2, 2.5, 3 two, three, three, one.
 
     Parameters
     ----------
@@ -115,12 +115,12 @@ def p_bifurcation(
     values : array_like
         Values of the parameter, rising.
     impact : {"logarithmic", "exact", "linearised"}
-        As of `averaged_density`.
+        As in `averaged_density`.
     least : float
-        Share of the highest peak below which a peak does not count. With it transitions depend on
-        the intensity of the noise.
+        Fraction of the highest peak below which a peak is not counted. If it is not 0, transitions
+        depend on the intensity of the noise.
     tolerance : float
-        Share of the distance of neighbouring values to which a transition between them is found.
+        Accuracy of a transition, as a fraction of the distance of neighbouring values.
 
     Returns
     -------

@@ -17,20 +17,20 @@ class DensityShape(Shown):
     """The extrema of an averaged joint density of displacement and velocity.
 
     Such a density is a function of the energy alone. Over the plane its extrema are therefore the
-    bottom of the well and whole orbits: a *ridge* is an orbit on which the density is greatest, a
-    closed ring about the bottom or, where a stop cuts it, an arc from the stop to the stop.
+    bottom of the well and whole orbits: a *ridge* is an orbit on which the density has a maximum, a
+    closed ring about the bottom or, with a stop, an arc from stop to stop.
 
     Attributes
     ----------
     energy : numpy.ndarray, shape (n,)
-        Energies of the extrema above the bottom [J], rising from 0, the bottom itself. Extrema
-        alternate, and the last is a maximum.
+        Energies of the extrema above the bottom [J], ascending from 0, the bottom itself. Maxima
+        and minima alternate, and the last is a maximum.
     maximum : numpy.ndarray of bool, shape (n,)
         Whether each is a maximum.
     height : numpy.ndarray, shape (n,)
         Joint density at each.
     lower, upper : float
-        Potential at the stops, infinite where none is.
+        Potential at the stops, infinite without a stop.
 
     See Also
     --------
@@ -62,10 +62,10 @@ class DensityShape(Shown):
 
     @property
     def name(self) -> str:
-        """The class: "peak", "crater", "crater with peak", or so many ridges with or without one.
+        """The class: "peak", "crater", "crater with peak", or the number of ridges, with or without it.
 
-        "peak" has its one maximum at the bottom, "crater" a minimum there and a ridge around it,
-        "crater with peak" a peak at the bottom and a ridge, with a hollow between them.
+        "peak" has a single maximum at the bottom; "crater" a minimum there and a ridge around it;
+        "crater with peak" a peak at the bottom and a ridge, with a minimum between them.
         """
         if not self.ridges:
             return "peak"
@@ -75,11 +75,11 @@ class DensityShape(Shown):
     def peaks(self, section: Literal["velocity", "displacement"] = "velocity") -> int:
         """Number of peaks in a cut of the joint density through the bottom of the well.
 
-        Along the velocity, at the displacement of the bottom, a ridge is cut twice: a peak has one,
-        a crater two, a crater with peak three. These are the words "one", "two" and "three peaks"
-        of the papers (`p_bifurcation` says with which `least`). Along the displacement, at rest,
-        a ridge is cut on either side, unless a stop stands before it; the end of the cut at a stop
-        is a peak if the density falls from there.
+        Along the velocity, at the displacement of the bottom, each ridge is cut twice: a peak has
+        one peak, a crater two, a crater with peak three, the "one", "two" and "three peaks" of the
+        papers (with `least` as in `p_bifurcation`). Along the displacement, at rest, a ridge is cut
+        on both sides, unless a stop is in front of it; the end of the cut at a stop is a peak if
+        the density decreases from there.
 
         Raises
         ------

@@ -290,7 +290,7 @@ def move(p, f, key, path, w, state, count, first, last, every, seen, events):
     Parameters
     ----------
     p, f : Problem, Functions
-        What moves.
+        The system.
     key, path : uint32, shapes (2,) and (lanes,)
         Key of the generator, and the numbers of the paths.
     w : Lanes

@@ -74,7 +74,7 @@ class Mover:
     Parameters
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     step : float
         Step, in the oscillator's unit of time.
     method : str

@@ -47,7 +47,7 @@ class Settled:
     Attributes
     ----------
     oscillator : Oscillator
-        What moves.
+        The system.
     start : dict
         Where it started: `initial` and `phase`, as `simulate` takes them.
     strobes : numpy.ndarray

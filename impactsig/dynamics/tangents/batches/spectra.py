@@ -33,15 +33,15 @@ class LyapunovSpectra(Shown):
     Attributes
     ----------
     systems : OscillatorBatch
-        What moved.
+        The simulated system.
     exponents, error, between_collapses : ndarray, shape (..., 2)
-        As of `LyapunovSpectrum`, in the shape of the batch; NaN where a motion ended early.
+        As in `LyapunovSpectrum`, in the shape of the batch; NaN where a motion ended early.
     expected_sum : ndarray
         Mean of the divergence along each motion; compare ``exponents.sum(axis=-1)``.
     collapses, impacts, grazings : ndarray of int
-        As of `LyapunovSpectrum`.
+        As in `LyapunovSpectrum`.
     status : ndarray of str
-        As of `Motion`.
+        As in `Motion`.
 
     See Also
     --------
