@@ -8,6 +8,7 @@ import numpy as np
 
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
+from ...oscillators.laws import PUSHER, RIGID, spring_push
 from ..basis.columns import (
     AMPLITUDE,
     DAMPER,
@@ -20,7 +21,6 @@ from ..basis.columns import (
 from ..basis.columns import PHASE as OWN_PHASE
 from ..basis.events import COUNTERS, FASTEST, LOST, MODE, TURN, Q, V
 from ..basis.frame import forcing_of_one, place_of
-from ..basis.laws import PUSHER, RIGID, spring_push
 from .modes import Stack
 
 
