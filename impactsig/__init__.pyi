@@ -111,8 +111,6 @@ from .simulation.instruments.measuring import measure as measure
 from .simulation.instruments.sensors import LoadCell as LoadCell
 from .simulation.instruments.sensors import Microphone as Microphone
 from .simulation.instruments.synthesis import synthesize as synthesize
-from .simulation.instruments.train_series import fired_trains as fired_trains
-from .simulation.instruments.train_series import noisy_trains as noisy_trains
 from .stochastic.averaging.averaging import averaged_density as averaged_density
 from .stochastic.averaging.bifurcation import p_bifurcation as p_bifurcation
 from .stochastic.ensembles import simulate_ensemble as simulate_ensemble

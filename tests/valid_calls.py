@@ -186,8 +186,6 @@ def valid_calls(t: Things) -> dict[str, tuple[tuple[Any, ...], dict[str, Any]]]:
     call("info", t.file)
     call("IntervalFeedback", 0.1, 0.1)
     call("identify_friction", t.decaying)
-    call("fired_trains", rossler, [5.0], count=5)
-    call("noisy_trains", t.motion, [0.0, 0.01], seed=1)
     call("integrate_and_fire", rossler, 5.0, count=5)
     call("interval_histogram", t.intervals)
     call("local_variation", t.intervals)
