@@ -300,7 +300,7 @@ def _impacts(
 ) -> dict[str, Any]:
     """`Impacts` from the event rows."""
     kind, which_stop = rows[:, ROW_KIND], rows[:, ROW_STOP]
-    which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
+    which = ((kind == IMPACT) | (kind == TOUCH)).nonzero()[0]
     known: dict[str, Any] = {
         "time": time[which],
         "approach_velocity": rows[which, ROW_APPROACH] * engine.omega,
