@@ -16,6 +16,7 @@ from impactsig import (
     Microphone,
     correlation_dimension,
     detect_impacts,
+    embedding_delay,
     find_periodic_orbit,
     find_periodic_orbits,
     flows,
@@ -24,7 +25,6 @@ from impactsig import (
     lyapunov_spectrum,
     match_impacts,
     measure,
-    mutual_information_delay,
     orbit_period,
     orbit_stability,
     return_map,
@@ -113,7 +113,7 @@ def modes() -> Found:
 
 @claims(
     "Fig. 3.1", "of the lags 1, 10, 15, 20, 24 about 15 unfolds the Roessler attractor best",
-    "mutual_information_delay(flow.x)", "undecidable",
+    "embedding_delay(flow.x)", "undecidable",
     "the text lacks the step between the samples", quick=False,
 )  # fmt: skip
 def delay() -> list[Outcome]:
@@ -121,7 +121,7 @@ def delay() -> list[Outcome]:
     course = simulate(flows.rossler(), duration=1200, transient=200)
     for step in (0.05, 0.1, 0.2):
         x = course.sample(course.start + np.arange(0, 1100, step))[..., 0]
-        lag = mutual_information_delay(x).delay
+        lag = embedding_delay(x).delay
         found.append(Outcome(f"step {step:g}", f"lag {lag}", abs(lag - 15) <= 2))
     return found
 
