@@ -67,8 +67,8 @@ class Rigid(ContactLaw):
     Parameters
     ----------
     restitution : float or callable
-        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function that gives it
-        for an approach velocity [m/s]; one that numba can compile.
+        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function of the approach
+        velocity [m/s] that numba can compile.
 
     Raises
     ------
@@ -111,9 +111,9 @@ class Rigid(ContactLaw):
 
 @dataclass(frozen=True)
 class KelvinVoigt(ContactLaw):
-    """A soft stop: a spring and a damper side by side, touched without mass.
+    """A massless soft stop: a spring and a damper in parallel.
 
-    While the mass is beyond the stop it feels ``-stiffness * depth - damping * depth'``.
+    In contact the force on the mass is ``-stiffness * depth - damping * depth'``.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ class KelvinVoigt(ContactLaw):
     damping : float
         Damping of the stop [N s/m].
     ends : {"gap", "force"}
-        Contact ends where the depth is zero again, so that the damper may pull at the end; or
-        where the force is zero: then the stop only ever pushes.
+        End of the contact: where the depth is zero again, so that the damper may pull at the end,
+        or where the force is zero, so that the stop only pushes.
 
     Raises
     ------
@@ -161,12 +161,12 @@ class KelvinVoigt(ContactLaw):
     ) -> KelvinVoigt:
         """Soft stop with a given stiffness and restitution coefficient.
 
-        Its damping is `stop_damping` of the way in which its contact ends.
+        Its damping is given by `stop_damping` for the same end of the contact.
 
         Raises
         ------
         InvalidInput
-            If the restitution is not in (0, 1]: none has infinite damping.
+            If the restitution coefficient is not in (0, 1].
         """
         cls(stiffness, ends=ends)
         return cls(stiffness, stop_damping(restitution, stiffness, mass, formula=ends), ends)
@@ -193,7 +193,7 @@ class KelvinVoigt(ContactLaw):
 
 @dataclass(frozen=True)
 class Hertz(ContactLaw):
-    """A stop whose force grows with a power of the depth: Hertz's 3/2 for a ball on a plane.
+    """A stop whose force follows a power of the depth, 3/2 (Hertz) for a sphere on a plane.
 
     ``force = stiffness * depth**exponent * (1 + loss * depth')``, where the loss is `damping`
     [HuntCrossley1975]_, or ``3 (1 - restitution^2) / (4 approach velocity)``
@@ -208,8 +208,8 @@ class Hertz(ContactLaw):
     damping : float
         Loss per velocity [s/m].
     restitution : float, optional
-        Restitution coefficient, instead of `damping`. It is met for small losses only: the
-        formula keeps the first order.
+        Restitution coefficient, instead of `damping`. The formula is of first order, and accurate
+        for small losses only.
 
     Raises
     ------
@@ -279,7 +279,8 @@ class Stop:
     Parameters
     ----------
     position : float
-        Where the mass touches it [m], measured from the base where the stops move with that.
+        Position at which the mass touches the stop [m], relative to the base if the stops move with
+        it.
     law : Rigid, KelvinVoigt or Hertz
         The contact law.
     side : {"upper", "lower"}

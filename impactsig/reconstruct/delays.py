@@ -39,7 +39,7 @@ class DelayChoice(Shown):
     rule : str
         The rule, in words.
     reason : str
-        Why there is none, where there is none.
+        Why no delay was found; otherwise empty.
     curve : ndarray, shape (longest + 1,)
         Autocorrelation, or average mutual information [nat], at the lags 0, 1, ..., longest.
     level : float or None
@@ -49,7 +49,7 @@ class DelayChoice(Shown):
     neighbors : int or None
         k of the mutual information.
     noise : float
-        Standard deviation of the curve were the values independent.
+        Standard deviation of the curve for independent values.
 
     See Also
     --------
@@ -92,11 +92,11 @@ def embedding_delay(
     longest: int | None = None,
     neighbors: int | None = None,
 ) -> DelayChoice:
-    """Delay at which values of a series have become independent enough to be coordinates.
+    """Delay for the embedding of a sampled series.
 
-    By the first minimum of the average mutual information [FraserSwinney1986]_, or where the
-    autocorrelation first falls to 1/e, or to zero. For interspike intervals the natural delay is 1:
-    successive intervals are as independent as the motion makes them; this is for sampled signals.
+    At the first minimum of the average mutual information [FraserSwinney1986]_, or where the
+    autocorrelation first falls to 1/e, or to zero. For interspike intervals the natural delay is 1;
+    this function is for sampled signals.
 
     Parameters
     ----------
@@ -125,14 +125,14 @@ def embedding_delay(
     Notes
     -----
     The autocorrelation is ``C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance``, over
-    the n - k pairs there are (fewer where the run has gaps: no pair reaches across one).
+    all n - k pairs (without pairs across a gap of the run).
 
-    The information I(k) is that of the pairs (x_i, x_{i+k}), as `mutual_information` estimates it,
-    by nearest neighbours. At lag 0 it has no meaning but that of its number of values. A minimum
-    counts where the curve later rises above it, before it falls lower, by more than six standard
+    The mutual information I(k) is that of the pairs (x_i, x_{i+k}), as `mutual_information`
+    estimates it, by nearest neighbours. At lag 0 it depends only on the number of values. A minimum
+    is significant if the curve rises above it, before it falls lower, by more than six standard
     deviations of the information of independent values, about 1.25/sqrt(k n) for k neighbours. The
-    search ends where the curve falls below six of them or below 0.073, the information of Gaussian
-    values with a correlation of 1/e: nothing is left to have a minimum, and the result says so.
+    search ends if the curve falls below six of these, or below 0.073, the information of Gaussian
+    values with a correlation of 1/e; there is then no delay, with the reason in the result.
 
     Examples
     --------
