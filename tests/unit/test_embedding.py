@@ -179,7 +179,7 @@ def test_a_curve_that_only_falls_has_no_delay_and_says_so(x):
 
 
 def test_neighbors_belong_to_the_information():
-    with pytest.raises(InvalidInput, match="^neighbors:"):
+    with pytest.raises(InvalidInput, match=r"^neighbors:"):
         impactsig.embedding_delay(NOISE[:100], "zero", neighbors=4)
 
 
