@@ -76,8 +76,7 @@ from .oscillators import stop_stiffness as stop_stiffness
 from .oscillators.flows import Flow as Flow
 from .oscillators.swept import Swept as Swept
 from .reading_motion import recorded_motion as recorded_motion
-from .reconstruct.delays import autocorrelation_delay as autocorrelation_delay
-from .reconstruct.delays import mutual_information_delay as mutual_information_delay
+from .reconstruct.delays import embedding_delay as embedding_delay
 from .reconstruct.dimensions.dimension import correlation_dimension as correlation_dimension
 from .reconstruct.divergence.exponents import lyapunov_exponent as lyapunov_exponent
 from .reconstruct.embedding import delay_embed as delay_embed
@@ -111,8 +110,6 @@ from .simulation.instruments.measuring import measure as measure
 from .simulation.instruments.sensors import LoadCell as LoadCell
 from .simulation.instruments.sensors import Microphone as Microphone
 from .simulation.instruments.synthesis import synthesize as synthesize
-from .simulation.instruments.train_series import fired_trains as fired_trains
-from .simulation.instruments.train_series import noisy_trains as noisy_trains
 from .stochastic.averaging.averaging import averaged_density as averaged_density
 from .stochastic.averaging.bifurcation import p_bifurcation as p_bifurcation
 from .stochastic.ensembles import simulate_ensemble as simulate_ensemble

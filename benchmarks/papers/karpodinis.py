@@ -16,16 +16,15 @@ from impactsig import (
     Microphone,
     correlation_dimension,
     detect_impacts,
+    embedding_delay,
     find_periodic_orbit,
     find_periodic_orbits,
-    fired_trains,
     flows,
     identify_period,
+    integrate_and_fire,
     lyapunov_spectrum,
     match_impacts,
     measure,
-    mutual_information_delay,
-    noisy_trains,
     orbit_period,
     orbit_stability,
     return_map,
@@ -114,7 +113,7 @@ def modes() -> Found:
 
 @claims(
     "Fig. 3.1", "of the lags 1, 10, 15, 20, 24 about 15 unfolds the Roessler attractor best",
-    "mutual_information_delay(flow.x)", "undecidable",
+    "embedding_delay(flow.x)", "undecidable",
     "the text lacks the step between the samples", quick=False,
 )  # fmt: skip
 def delay() -> list[Outcome]:
@@ -122,20 +121,20 @@ def delay() -> list[Outcome]:
     course = simulate(flows.rossler(), duration=1200, transient=200)
     for step in (0.05, 0.1, 0.2):
         x = course.sample(course.start + np.arange(0, 1100, step))[..., 0]
-        lag = mutual_information_delay(x).delay
+        lag = embedding_delay(x).delay
         found.append(Outcome(f"step {step:g}", f"lag {lag}", abs(lag - 15) <= 2))
     return found
 
 
 @claims(
     "Fig. 3.3-3.5", "intervals of integrate-and-fire spikes, C = 20 to 60, keep an attractor like "
-    "Roessler's", "fired_trains(flows.rossler(), (20, 40, 60)); correlation_dimension",
+    "Roessler's", "integrate_and_fire(flows.rossler(), threshold); correlation_dimension",
     quick=False,
 )  # fmt: skip
 def firing() -> Found:
     values = []
-    trains = fired_trains(flows.rossler(), (20, 40, 60), count=6000, transient=200)
-    for train in trains.values():
+    for threshold in (20, 40, 60):
+        train = integrate_and_fire(flows.rossler(), threshold, count=6000, transient=200)
         values.append(correlation_dimension(train.intervals()).slope.value)
     told = ", ".join(f"{value:.2f}" for value in values)
     return Found(f"D2 = {told} at C = 20, 40, 60 (1.99 of the flow)",
@@ -211,11 +210,13 @@ def spurious() -> Found:
 
 @claims(
     "Fig. 4.16-4.18", "noise of 0.247, 0.476 and 0.960 % widens the point of 22.1 Hz in the delay "
-    "plot, more with more noise", "noisy_trains(simulate(karpodinis(22.1)))",
+    "plot, more with more noise", "measure(simulate(karpodinis(22.1)), noise=...)",
 )  # fmt: skip
 def noise() -> Found:
     widths = []
-    for seen in noisy_trains(train(22.1), seed=1).values():
+    motion = train(22.1)
+    for level in (0.0, 0.00247, 0.00476, 0.0096):
+        seen = measure(motion, noise=level, seed=1).impacts
         widths.append(float(np.std(seen.intervals())) * 1e6)
     told = ", ".join(f"{width:.0f}" for width in widths)
     return Found(

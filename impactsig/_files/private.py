@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 
-def private_directory(name: str = "impactsig") -> Path | None:
+def private_directory() -> Path | None:
     """A directory of this user's among the temporary files; None if others can write to it.
 
     Others may have made a directory, or a link, of its name before: it must be a directory that
@@ -18,10 +18,10 @@ def private_directory(name: str = "impactsig") -> Path | None:
     try:
         temporary = Path(tempfile.gettempdir())
         if not hasattr(os, "getuid"):  # Windows has a temporary directory for each user
-            directory = temporary / name
+            directory = temporary / "impactsig"
             directory.mkdir(exist_ok=True)
             return directory
-        directory = temporary / f"{name}-{os.getuid()}"
+        directory = temporary / f"impactsig-{os.getuid()}"
         directory.mkdir(mode=0o700, exist_ok=True)
         inner, outer = directory.lstat(), temporary.stat()
     except OSError:

@@ -129,10 +129,10 @@ def parameters_of(scene: Oscillator) -> dict[str, float]:
         and scene.base is scene.friction is scene.law is scene.noise is None
         and scene.load == 0
         and scene.stiffness > 0
-        and isinstance(scene.stops[0].law, Rigid)
-        and not callable(scene.stops[0].law.restitution)
+        and scene.stops[0].law.rigid
+        and scene.stops[0].law.function is None
     )
-    sign = 1 if not scene.stops or scene.stops[0].side == "upper" else -1
+    sign = scene.stops[0].sign if plain else 1
     if not plain or sign * scene.stops[0].position <= 0:
         raise InvalidInput(
             "scene",

@@ -4,7 +4,8 @@ from . import flows, scenes
 from .cantilever import Cantilever
 from .equivalents import stop_damping, stop_restitution, stop_stiffness
 from .oscillator import Oscillator
-from .parts import BaseMotion, Force, Friction, Hertz, KelvinVoigt, Noise, Rigid, Stop
+from .parts import BaseMotion, Force, Friction, Noise
+from .stops import Hertz, KelvinVoigt, Rigid, Stop
 
 __all__ = [
     "BaseMotion",

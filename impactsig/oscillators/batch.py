@@ -15,7 +15,7 @@ from .._arguments import reals
 from .._showing import html_table
 from ..errors import InvalidInput
 from .oscillator import Oscillator
-from .parts import Hertz, Rigid, columns_allowed
+from .parts import columns_allowed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -207,7 +207,7 @@ def _linear_between_events(columns: Oscillator) -> None:
     noise = columns.noise
     for name, value, there in (
         ("law", columns.law, columns.law is not None),
-        ("stops", columns.stops, any(isinstance(stop.law, Hertz) for stop in columns.stops)),
+        ("stops", columns.stops, not all(stop.law.linear for stop in columns.stops)),
         ("noise", noise, noise is not None and noise.intensity > 0),
     ):
         if there:
@@ -227,11 +227,10 @@ def suspicious(columns: Oscillator) -> int | None:
             lower, upper = (a, b) if a.side == "lower" else (b, a)
             wrong = wrong | (np.asarray(lower.position) >= upper.position)
             continue
-        sign = 1 if a.side == "upper" else -1
         wrong = wrong | (np.asarray(a.position) == b.position)
         for near, far in ((a, b), (b, a)):
-            if isinstance(near.law, Rigid):
-                wrong = wrong | (sign * np.asarray(near.position) < sign * far.position)
+            if near.law.rigid:
+                wrong = wrong | (a.sign * np.asarray(near.position) < a.sign * far.position)
     for frequency in columns.angular_frequencies:
         with np.errstate(over="ignore"):  # far from resonance
             natural = np.divide(columns.stiffness, columns.mass)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from .._arguments import instance, number, one_or_several, reals, whole
 from .._showing import drawn_by
 from ..errors import InvalidInput
-from .parts import BaseMotion, Force, KelvinVoigt, Rigid, Stop, numbers
+from .parts import BaseMotion, Force, numbers
+from .stops import Stop
 
 if TYPE_CHECKING:  # the command's help needs no arrays
     from collections.abc import Sequence
@@ -237,9 +238,7 @@ def _check_stop(stop: Any) -> None:
         return
     instance("stop", stop, Stop, "a Stop(...) at the tip, or None")
     law = stop.law
-    if isinstance(law, Rigid) and not callable(law.restitution):
-        return
-    if not (isinstance(law, KelvinVoigt) and law.ends == "gap"):
+    if not law.linear or law.only_pushes or law.function is not None:
         raise InvalidInput(
             "stop.law", law, 'Rigid(a number), or KelvinVoigt(...) that ends at the "gap"',
             "Other laws are for one mode: simulate(scenes.cantilever(...))",

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from .._arguments import all_of, flag, text
 from ..errors import InvalidInput
@@ -14,15 +13,12 @@ from .parts import (
     BaseMotion,
     Force,
     Friction,
-    Hertz,
-    KelvinVoigt,
     Noise,
-    Rigid,
-    Stop,
     columns_allowed,
     numbers,
 )
 from .recurrence import Recurrence, recurrence, repeats
+from .stops import Stop
 
 
 @dataclass(frozen=True)
@@ -159,7 +155,7 @@ class Oscillator:
             where = f"{near.position:g} and {far.position:g}"
             if near.position == far.position:
                 raise InvalidInput("stops", where, "stops of a side at different positions")
-            if isinstance(near.law, Rigid):
+            if near.law.rigid:
                 other, way = ("lower", "above") if near.side == "upper" else ("upper", "below")
                 raise InvalidInput(
                     "stops", f"{near.side} stops at {where}", "no stop behind a rigid one",
@@ -180,9 +176,8 @@ class Oscillator:
 
     def stops_on(self, side: str) -> tuple[Stop, ...]:
         """The stops on one side ("upper" or "lower"), in the order they are reached."""
-        sign = 1 if side == "upper" else -1
         stops = (stop for stop in self.stops if stop.side == side)
-        return tuple(sorted(stops, key=lambda stop: sign * stop.position))
+        return tuple(sorted(stops, key=lambda stop: stop.sign * stop.position))
 
     @property
     def angular_natural_frequency(self) -> float:
@@ -257,10 +252,7 @@ class Oscillator:
             be converted.
         """
         new = replace(Oscillator(), time_unit=time, length_unit=length, mass_unit=mass)
-        stops_given = any(
-            isinstance(stop.law, Rigid) and callable(stop.law.restitution) for stop in self.stops
-        )
-        if self.law is not None or stops_given:
+        if self.law is not None or any(stop.law.function is not None for stop in self.stops):
             raise InvalidInput(
                 "law" if self.law else "restitution", "a function", "a number, to change its unit",
                 "Write the function anew in the new units, and replace() it",
@@ -269,14 +261,6 @@ class Oscillator:
         x = self.length_unit / new.length_unit
         m = self.mass_unit / new.mass_unit
         newton = m * x / t**2
-
-        def contact(law: Any) -> Any:
-            if isinstance(law, KelvinVoigt):
-                return replace(law, stiffness=law.stiffness * m / t**2, damping=law.damping * m / t)
-            if isinstance(law, Hertz):
-                stiffness = law.stiffness * newton / x**law.exponent
-                return replace(law, stiffness=stiffness, damping=law.damping * t / x)
-            return law
 
         friction, noise = self.friction, self.noise
         return replace(
@@ -300,7 +284,7 @@ class Oscillator:
                 angular_frequency=self.base.angular_frequency / t,
             ),
             stops=tuple(
-                replace(stop, position=stop.position * x, law=contact(stop.law))
+                replace(stop, position=stop.position * x, law=stop.law.in_units(t, x, m))
                 for stop in self.stops
             ),
             friction=friction and Friction(friction.kinetic * newton, friction.static * newton),  # type: ignore[operator]

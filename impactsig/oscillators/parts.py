@@ -1,16 +1,14 @@
-"""What an oscillator is made of: forcing, base motion, stops and their laws, friction, noise."""
+"""What acts on an oscillator besides its stops: forcing, base motion, friction, noise."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-from .._arguments import choice, flag, number
+from .._arguments import flag, number
 from ..errors import InvalidInput
-from .equivalents import stop_damping
 
 columns_allowed: ContextVar[bool] = ContextVar("columns_allowed", default=False)
 """Whether numbers may be columns: while a scene makes a batch of arrays, and never else."""
@@ -104,198 +102,6 @@ class BaseMotion:
         numbers(self, "angular_frequency", above=0.0)
         for name in ("spring", "damper", "stops"):
             flag(name, getattr(self, name))
-
-
-@dataclass(frozen=True)
-class Rigid:
-    """A rigid stop: x' -> -restitution x', relative to the stop.
-
-    Parameters
-    ----------
-    restitution : float or callable
-        Restitution coefficient, from 0 (no rebound) to 1 (no loss), or a function of the approach
-        velocity [m/s] that numba can compile.
-
-    Raises
-    ------
-    InvalidInput
-        If a value is out of its range.
-
-    See Also
-    --------
-    KelvinVoigt, Hertz, Stop
-
-    Examples
-    --------
-    >>> from impactsig import Rigid, Stop
-    >>> Stop(1.0, Rigid(0.7)).law.restitution
-    0.7
-    """
-
-    restitution: float | Callable[[float], float]
-
-    def __post_init__(self) -> None:
-        if not callable(self.restitution):
-            numbers(self, "restitution", least=0.0, most=1.0)
-
-
-@dataclass(frozen=True)
-class KelvinVoigt:
-    """A massless soft stop: a spring and a damper in parallel.
-
-    In contact the force on the mass is ``-stiffness * depth - damping * depth'``.
-
-    Parameters
-    ----------
-    stiffness : float
-        Stiffness of the stop [N/m], positive.
-    damping : float
-        Damping of the stop [N s/m].
-    ends : {"gap", "force"}
-        End of the contact: where the depth is zero again, so that the damper may pull at the end,
-        or where the force is zero, so that the stop only pushes.
-
-    Raises
-    ------
-    InvalidInput
-        If a value is out of its range.
-
-    See Also
-    --------
-    Hertz, Rigid, stop_restitution, fit_soft_stop
-
-    Examples
-    --------
-    >>> from impactsig import KelvinVoigt, stop_restitution
-    >>> soft = KelvinVoigt.equivalent(0.85, 10_000.0)
-    >>> round(stop_restitution(soft.stiffness, soft.damping), 6)
-    0.85
-    """
-
-    stiffness: float
-    damping: float = 0.0
-    ends: Literal["gap", "force"] = "gap"
-
-    def __post_init__(self) -> None:
-        numbers(self, "stiffness", above=0.0)
-        numbers(self, "damping", least=0.0)
-        choice("ends", self.ends, ("gap", "force"))
-
-    @classmethod
-    def equivalent(
-        cls,
-        restitution: float,
-        stiffness: float,
-        mass: float = 1.0,
-        ends: Literal["gap", "force"] = "gap",
-    ) -> KelvinVoigt:
-        """Soft stop with a given stiffness and restitution coefficient.
-
-        Its damping is given by `stop_damping` for the same end of the contact.
-
-        Raises
-        ------
-        InvalidInput
-            If the restitution coefficient is not in (0, 1].
-        """
-        cls(stiffness, ends=ends)
-        return cls(stiffness, stop_damping(restitution, stiffness, mass, formula=ends), ends)
-
-
-@dataclass(frozen=True)
-class Hertz:
-    """A stop whose force follows a power of the depth, 3/2 (Hertz) for a sphere on a plane.
-
-    ``force = stiffness * depth**exponent * (1 + loss * depth')``, where the loss is `damping`
-    [HuntCrossley1975]_, or ``3 (1 - restitution^2) / (4 approach velocity)``
-    [LankaraniNikravesh1990]_ where a restitution coefficient is given.
-
-    Parameters
-    ----------
-    stiffness : float
-        Stiffness [N/m^exponent], positive.
-    exponent : float
-        Exponent of the depth, at least 1.
-    damping : float
-        Loss per velocity [s/m].
-    restitution : float, optional
-        Restitution coefficient, instead of `damping`. The formula is of first order, and accurate
-        for small losses only.
-
-    Raises
-    ------
-    InvalidInput
-        If a value is out of its range.
-
-    See Also
-    --------
-    KelvinVoigt, Rigid, Stop
-
-    Examples
-    --------
-    >>> from impactsig import Force, Hertz, Oscillator, Stop, simulate
-    >>> ball = Hertz(1e6, restitution=0.9)
-    >>> machine = Oscillator(damping=0.1, forces=(Force(0.5, 0.9),), stops=(Stop(1.0, ball),))
-    >>> motion = simulate(machine, periods=5)
-    >>> motion.status
-    'complete'
-    """
-
-    stiffness: float
-    exponent: float = 1.5
-    damping: float = 0.0
-    restitution: float | None = None
-
-    def __post_init__(self) -> None:
-        numbers(self, "stiffness", above=0.0)
-        numbers(self, "exponent", least=1.0)
-        numbers(self, "damping", least=0.0)
-        if self.restitution is not None:
-            numbers(self, "restitution", least=0.0, most=1.0)
-            if self.damping:
-                raise InvalidInput("damping", self.damping, "no damping beside a restitution")
-
-
-@dataclass(frozen=True)
-class Stop:
-    """A stop on one side of the mass.
-
-    Parameters
-    ----------
-    position : float
-        Position at which the mass touches the stop [m], relative to the base if the stops move with
-        it.
-    law : Rigid, KelvinVoigt or Hertz
-        The contact law.
-    side : {"upper", "lower"}
-        "upper" keeps the mass below `position`, "lower" above it.
-
-    Raises
-    ------
-    InvalidInput
-        If a value is out of its range.
-
-    See Also
-    --------
-    Rigid, KelvinVoigt, Hertz, Oscillator
-
-    Examples
-    --------
-    >>> from impactsig import Oscillator, Rigid, Stop
-    >>> between = Oscillator(stops=(Stop(1.0, Rigid(0.7)), Stop(-1.0, Rigid(0.7), "lower")))
-    >>> [stop.side for stop in between.stops]
-    ['upper', 'lower']
-    """
-
-    position: float
-    law: Rigid | KelvinVoigt | Hertz
-    side: Literal["upper", "lower"] = "upper"
-
-    def __post_init__(self) -> None:
-        numbers(self, "position")
-        choice("side", self.side, ("upper", "lower"))
-        if not isinstance(self.law, (Rigid, KelvinVoigt, Hertz)):
-            raise InvalidInput("law", self.law, "Rigid(...), KelvinVoigt(...) or Hertz(...)")
 
 
 @dataclass(frozen=True)

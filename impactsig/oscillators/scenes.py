@@ -23,13 +23,11 @@ from .parts import (
     BaseMotion,
     Force,
     Friction,
-    KelvinVoigt,
     Noise,
-    Rigid,
-    Stop,
     columns_allowed,
     numbers,
 )
+from .stops import KelvinVoigt, Rigid, Stop
 
 __all__ = [
     "begley_virgin",

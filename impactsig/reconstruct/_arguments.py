@@ -47,13 +47,13 @@ def varying(x: np.ndarray, argument: str = "x") -> np.ndarray:
     return x
 
 
-def finite_range(x: np.ndarray, argument: str = "x") -> np.ndarray:
+def finite_range(x: np.ndarray) -> np.ndarray:
     """Require a series with a finite range."""
     values = known(x)
     with np.errstate(over="ignore"):
         if not np.isfinite(np.ptp(values)):
             raise InvalidInput(
-                argument,
+                "x",
                 f"values from {values.min():g} to {values.max():g}",
                 "a range that is not beyond float64",
                 "Give them in another unit",
@@ -61,7 +61,7 @@ def finite_range(x: np.ndarray, argument: str = "x") -> np.ndarray:
     return x
 
 
-def long_enough(x: np.ndarray, span: int, theiler: int, least: int, argument: str = "x") -> None:
+def long_enough(x: np.ndarray, span: int, theiler: int, least: int) -> None:
     """Refuse a series too short for `least` references and their neighbours outside the window.
 
     A reference takes `span` values and one more, all of them between the same gaps.
@@ -74,7 +74,7 @@ def long_enough(x: np.ndarray, span: int, theiler: int, least: int, argument: st
     if references < len(x) - span:
         given += f", {references} stretches of {span + 1} that no gap breaks"
     raise InvalidInput(
-        argument,
+        "x",
         given,
         f"at least {needed} for this dimension, delay and Theiler window of {theiler}",
         "Use a longer series, a smaller dimension or delay, or give a smaller theiler",

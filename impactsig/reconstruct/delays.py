@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import choice, whole
+from .._arguments import choice, refuse, whole
 from .._showing import Shown, drawn_by
 from ..errors import InvalidInput
 from ._arguments import varying
@@ -53,13 +53,13 @@ class DelayChoice(Shown):
 
     See Also
     --------
-    autocorrelation_delay, mutual_information_delay, plot.delay_choice
+    embedding_delay, plot.delay_choice
 
     Examples
     --------
     >>> import numpy as np
-    >>> from impactsig import autocorrelation_delay
-    >>> found = autocorrelation_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), rule="zero")
+    >>> from impactsig import embedding_delay
+    >>> found = embedding_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), "zero")
     >>> found.delay
     11
     """
@@ -85,23 +85,29 @@ class DelayChoice(Shown):
     plot = drawn_by("delay_choice", "the curve and the choice")
 
 
-def autocorrelation_delay(
-    x: Any, *, rule: Literal["1/e", "zero"] = "1/e", longest: int | None = None
+def embedding_delay(
+    x: Any,
+    rule: Literal["minimum", "1/e", "zero"] = "minimum",
+    *,
+    longest: int | None = None,
+    neighbors: int | None = None,
 ) -> DelayChoice:
-    """Delay at which the autocorrelation first falls to 1/e, or to zero.
+    """Delay for the embedding of a sampled series.
 
-    C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance, over all n - k pairs (without
-    pairs across a gap of the run). For interspike intervals the natural delay is 1; this function
-    is for sampled signals.
+    At the first minimum of the average mutual information [FraserSwinney1986]_, or where the
+    autocorrelation first falls to 1/e, or to zero. For interspike intervals the natural delay is 1;
+    this function is for sampled signals.
 
     Parameters
     ----------
     x : Impacts or array_like, shape (n,)
         A series in the order of time; of impacts, their interspike intervals [s].
-    rule : {"1/e", "zero"}
-        Level at or below which C must be.
+    rule : {"minimum", "1/e", "zero"}
+        A minimum of the information, or the level at or below which the autocorrelation must be.
     longest : int, optional
-        Longest lag; n/4 by default.
+        Longest lag; by default n/4, and for the information the lesser of n/10 and 200.
+    neighbors : int, optional
+        k of the estimator of the information; 4 by default.
 
     Returns
     -------
@@ -114,17 +120,38 @@ def autocorrelation_delay(
 
     See Also
     --------
-    mutual_information_delay, delay_embed
+    mutual_information, delay_embed, plot.delay_choice
+
+    Notes
+    -----
+    The autocorrelation is ``C(k) = sum_i (x_i - mean)(x_{i+k} - mean) / (n - k) / variance``, over
+    all n - k pairs (without pairs across a gap of the run).
+
+    The mutual information I(k) is that of the pairs (x_i, x_{i+k}), as `mutual_information`
+    estimates it, by nearest neighbours. At lag 0 it depends only on the number of values. A minimum
+    is significant if the curve rises above it, before it falls lower, by more than six standard
+    deviations of the information of independent values, about 1.25/sqrt(k n) for k neighbours. The
+    search ends if the curve falls below six of these, or below 0.073, the information of Gaussian
+    values with a correlation of 1/e; there is then no delay, with the reason in the result.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from impactsig import autocorrelation_delay
-    >>> found = autocorrelation_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), rule="zero")
+    >>> from impactsig import embedding_delay
+    >>> found = embedding_delay(np.sin(np.arange(1000) * 2 * np.pi / 42), "zero")
     >>> found.delay  # the first beyond a quarter of the period
     11
     """
-    choice("rule", rule, ("1/e", "zero"))
+    choice("rule", rule, ("minimum", "1/e", "zero"))
+    if rule == "minimum":
+        k = NEIGHBORS if neighbors is None else whole("neighbors", neighbors, 1)
+        return _by_information(x, longest, k)
+    refuse("of the autocorrelation", 'Leave it out, or take rule="minimum"', neighbors=neighbors)
+    return _by_autocorrelation(x, rule, longest)
+
+
+def _by_autocorrelation(x: Any, rule: str, longest: int | None) -> DelayChoice:
+    """Delay at which the autocorrelation first falls to a level."""
     values = varying(series(x, least=LEAST, gap=1))
     count = len(known(values))
     longest = _longest(longest, values, count // 4)
@@ -148,52 +175,8 @@ def autocorrelation_delay(
     return DelayChoice(delay, words, reason, curve, level, "autocorrelation", None, noise)
 
 
-def mutual_information_delay(
-    x: Any, *, longest: int | None = None, neighbors: int = NEIGHBORS
-) -> DelayChoice:
-    """Delay at the first minimum of the average mutual information [FraserSwinney1986]_.
-
-    I(k) is the mutual information of the pairs (x_i, x_{i+k}), as `mutual_information` estimates
-    it, by nearest neighbours. At lag 0 it depends only on the number of values.
-
-    A minimum is significant if the curve rises above it, before it falls lower, by more than six
-    standard deviations of the information of independent values, about 1.25/sqrt(k n) for k
-    neighbours. The search ends if the curve falls below six of these, or below 0.073, the
-    information of Gaussian values with a correlation of 1/e; there is then no delay, with the
-    reason in the result. For interspike intervals the natural delay is 1.
-
-    Parameters
-    ----------
-    x : Impacts or array_like, shape (n,)
-        A series in the order of time; of impacts, their interspike intervals [s].
-    longest : int, optional
-        Longest lag; the lesser of n/10 and 200 by default.
-    neighbors : int
-        k of the estimator.
-
-    Returns
-    -------
-    DelayChoice
-
-    Raises
-    ------
-    InvalidInput
-        If `x` is no series of finite numbers, constant, or shorter than 16 values.
-
-    See Also
-    --------
-    autocorrelation_delay, mutual_information, delay_embed
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from impactsig import mutual_information_delay
-    >>> x = np.sin(np.arange(1000) * 2 * np.pi / 40) + np.random.default_rng(1).normal(0, 0.1, 1000)
-    >>> found = mutual_information_delay(x, longest=20)
-    >>> found.method
-    'mutual information'
-    """
-    neighbors = whole("neighbors", neighbors, 1)
+def _by_information(x: Any, longest: int | None, neighbors: int) -> DelayChoice:
+    """Delay at the first minimum of the average mutual information."""
     values = varying(series(x, least=max(LEAST, 4 * neighbors), gap=1))
     present = ~np.isnan(values)
     count = int(np.count_nonzero(present))

@@ -41,7 +41,7 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
 
     See Also
     --------
-    autocorrelation_delay, false_nearest_neighbors
+    embedding_delay, false_nearest_neighbors
 
     Examples
     --------

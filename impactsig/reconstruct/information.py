@@ -44,7 +44,7 @@ def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
 
     See Also
     --------
-    mutual_information_delay
+    embedding_delay
 
     Examples
     --------

@@ -34,7 +34,7 @@ def kinetic_energy_gained(motion: Motion) -> float:
         raise InvalidInput("keep", "counts", 'simulate(..., keep="all")')
     rows = motion._segments
     _, moving = motion._stops_at(rows[:, TURNS], rows[:, PHASE])
-    sides = np.array([1.0 if stop.side == "upper" else -1.0 for stop in motion.system.stops])
+    sides = np.array([float(stop.sign) for stop in motion.system.stops])
     return energy_gained(rows, moving, motion._engine.omega, sides, motion.system.mass)
 
 

@@ -13,7 +13,7 @@ from .._arguments import number, times_within
 from .._showing import drawn_by
 from ..errors import InvalidInput
 from ..impacts import OPEN_END, Impacts, exact
-from ..oscillators import Oscillator, Rigid
+from ..oscillators import Oscillator
 from .basis.contract import Engine
 from .basis.events import (
     IMPACT,
@@ -301,14 +301,14 @@ def _impacts(
 ) -> dict[str, Any]:
     """`Impacts` from the event rows."""
     kind, which_stop = rows[:, ROW_KIND], rows[:, ROW_STOP]
-    which = np.flatnonzero((kind == IMPACT) | (kind == TOUCH))
+    which = ((kind == IMPACT) | (kind == TOUCH)).nonzero()[0]
     known: dict[str, Any] = {
         "time": time[which],
         "approach_velocity": rows[which, ROW_APPROACH] * engine.omega,
         "stop_index": which_stop[which],
         **exact(len(which)),
     }
-    soft = [n for n, own in enumerate(oscillator.stops) if not isinstance(own.law, Rigid)]
+    soft = [n for n, own in enumerate(oscillator.stops) if not own.law.rigid]
     if soft:
         last = which.copy()  # the row that ends the contact
         for n in soft:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidInput
-from ..oscillators import Hertz, KelvinVoigt, Oscillator
-from .paths.posing import filtered_deviation, hertz_rate, potential
+from ..oscillators import Oscillator
+from .paths.posing import contact_rate, filtered_deviation, potential
 from .paths.running import Group, Mover
 
 FINE = 0.2  # default step by the fastest scale
@@ -69,10 +69,10 @@ def known_rates(oscillator: Oscillator) -> list[tuple[float, str]]:
         (damping / mass, "the damping"),
     ]
     for stop in oscillator.stops:
-        if isinstance(stop.law, KelvinVoigt):
-            contact = f"the contact with the stop at {stop.position:g}"
-            rates.append((math.sqrt((stiffness + stop.law.stiffness) / mass), contact))
-            rates.append(((damping + stop.law.damping) / mass, contact))
+        if stop.law.linear and not stop.law.rigid:
+            contact, row = f"the contact with the stop at {stop.position:g}", stop.law.row()
+            rates.append((math.sqrt((stiffness + row.stiffness) / mass), contact))
+            rates.append(((damping + row.loss) / mass, contact))
     for force in oscillator.forces:
         omega = force.angular_frequency
         rates.append((omega, f"the forcing at angular frequency {omega:g}"))
@@ -117,7 +117,7 @@ def survey(
         If the motion is lost however short the steps.
     """
     known = known_rates(oscillator)
-    bent = oscillator.law is not None or any(isinstance(s.law, Hertz) for s in oscillator.stops)
+    bent = oscillator.law is not None or not all(stop.law.linear for stop in oscillator.stops)
     lanes = np.arange(PILOT_PATHS) % len(q)
     least = 100 * FINE / span  # at least a hundred steps
     step = FINE / max(*(rate for rate, _ in known), 10 * least)
@@ -162,9 +162,9 @@ def _rates_met(
         pull = abs(p.constant) + p.kinetic
         rates.append(((pull / p.sigma) ** 2, "load and friction against the noise"))
     for stop in oscillator.stops:
-        if isinstance(stop.law, Hertz):
+        if not stop.law.linear:
             contact = f"the contact with the stop at {stop.position:g}"
-            rates.append((hertz_rate(stop.law, oscillator.mass, speed), contact))
+            rates.append((contact_rate(stop, oscillator.mass, speed), contact))
     if math.isfinite(p.high - p.low):
         rates.append((speed / (p.high - p.low), "the flights between the stops"))
     return rates

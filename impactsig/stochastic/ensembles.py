@@ -12,7 +12,7 @@ from .._arguments import Seed, limits, thread_count, whole
 from .._running.threads import in_threads
 from .._showing import Shown
 from ..errors import InvalidInput
-from ..oscillators import Oscillator, Rigid
+from ..oscillators import Oscillator
 from ..studies.device import Executor, on_gpu
 from ._arguments import Course, course
 from .density import Density, JointDensity, moments, shares
@@ -312,9 +312,9 @@ def _for_gpu(oscillator: Oscillator, method: Method) -> None:
     remedy = 'Else take executor="threads"'
     if method != "splitting":
         raise InvalidInput("method", method, '"splitting" for a GPU', remedy)
-    laws = [stop.law.restitution for stop in oscillator.stops if isinstance(stop.law, Rigid)]
-    for name, function in [("law", oscillator.law), *(("restitution", one) for one in laws)]:
-        if callable(function):
+    functions = [("restitution", stop.law.function) for stop in oscillator.stops]
+    for name, function in [("law", oscillator.law), *functions]:
+        if function is not None:
             raise InvalidInput(name, function, "no function of the user's for a GPU", remedy)
 
 

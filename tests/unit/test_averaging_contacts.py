@@ -189,7 +189,7 @@ DAMPED = {
 
 @pytest.mark.parametrize("restitution", [0.999, 0.9, 0.5])
 def test_a_contact_by_restitution_loses_what_its_motion_does(restitution):
-    taken = 4 / 3 * logarithmic_loss(restitution)
+    taken = 4 / 3 * logarithmic_loss(0.75 * (1 - restitution**2))
     assert taken == pytest.approx(-2 * math.log(kept_by_contact(restitution)), rel=1e-6)
 
 

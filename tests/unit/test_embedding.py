@@ -12,8 +12,8 @@ from tests import naive_reconstruct_embed as naive
 NOISE = np.random.default_rng(5).normal(size=4000)
 HENON = naive.henon(3000)
 CHOICES = (
-    impactsig.autocorrelation_delay,
-    impactsig.mutual_information_delay,
+    lambda x: impactsig.embedding_delay(x, "1/e"),
+    impactsig.embedding_delay,
     impactsig.false_nearest_neighbors,
     impactsig.averaged_false_neighbors,
 )
@@ -74,16 +74,16 @@ def test_an_embedding_that_cannot_be_is_refused(arguments, named):
 
 def test_the_autocorrelation_of_a_sine_is_a_cosine_and_zero_at_a_quarter():
     x = 3 + np.sin(2 * np.pi * np.arange(8000) / 50)
-    found = impactsig.autocorrelation_delay(x, rule="zero", longest=200)
+    found = impactsig.embedding_delay(x, "zero", longest=200)
     assert np.allclose(found.curve, np.cos(2 * np.pi * np.arange(201) / 50), atol=2e-3)
     assert found.delay == 13  # 50/4 is 12.5
     first = np.ceil(50 * np.arccos(np.exp(-1)) / (2 * np.pi))
-    assert impactsig.autocorrelation_delay(x).delay == first
+    assert impactsig.embedding_delay(x, "1/e").delay == first
 
 
 def test_the_autocorrelation_of_an_autoregressive_series_is_a_power():
     x = naive.autoregressive(100_000, 0.9)
-    found = impactsig.autocorrelation_delay(x, longest=20)
+    found = impactsig.embedding_delay(x, "1/e", longest=20)
     assert np.allclose(found.curve, 0.9 ** np.arange(21), atol=0.03)
     assert abs(found.delay - np.ceil(-1 / np.log(0.9))) <= 1
 
@@ -91,7 +91,7 @@ def test_the_autocorrelation_of_an_autoregressive_series_is_a_power():
 @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.6, 0.9])
 def test_the_information_of_gaussian_values_is_minus_half_ln_1_minus_rho_squared(correlation):
     x = naive.autoregressive(20_000, correlation)
-    found = impactsig.mutual_information_delay(x, longest=1)
+    found = impactsig.embedding_delay(x, longest=1)
     expected = -0.5 * np.log(1 - correlation**2)
     # An estimate of independent pairs scatters by 0.6/sqrt(n), correlated ones by some more.
     assert found.curve[1] == pytest.approx(expected, abs=0.025)
@@ -150,7 +150,7 @@ def test_what_has_no_information_is_refused(x, y, options, named):
 @pytest.mark.parametrize("neighbors", [4, 10])
 def test_the_information_of_independent_values_scatters_by_the_noise_it_says(neighbors):
     found = [
-        impactsig.mutual_information_delay(
+        impactsig.embedding_delay(
             np.random.default_rng(seed).normal(size=800), longest=20, neighbors=neighbors
         )
         for seed in range(15)
@@ -161,25 +161,30 @@ def test_the_information_of_independent_values_scatters_by_the_noise_it_says(nei
 
 
 def test_information_does_not_change_with_a_rising_function():
-    one = impactsig.mutual_information_delay(HENON[:1000])
-    other = impactsig.mutual_information_delay(np.exp(HENON[:1000]))
+    one = impactsig.embedding_delay(HENON[:1000])
+    other = impactsig.embedding_delay(np.exp(HENON[:1000]))
     np.testing.assert_array_equal(one.curve, other.curve)
 
 
 def test_a_lorenz_flow_has_its_first_minimum_where_others_find_it(lorenz):
     # 0.16 to 0.24 time units in the literature's figures.
-    assert impactsig.mutual_information_delay(lorenz).delay in (4, 5, 6)
+    assert impactsig.embedding_delay(lorenz).delay in (4, 5, 6)
 
 
 @pytest.mark.parametrize("x", [NOISE[:2000], HENON[:2000], naive.autoregressive(2000, 0.9)])
 def test_a_curve_that_only_falls_has_no_delay_and_says_so(x):
-    found = impactsig.mutual_information_delay(x)
+    found = impactsig.embedding_delay(x)
     assert found.delay is None
     assert "without a minimum" in found.describe()
 
 
+def test_neighbors_belong_to_the_information():
+    with pytest.raises(InvalidInput, match=r"^neighbors:"):
+        impactsig.embedding_delay(NOISE[:100], "zero", neighbors=4)
+
+
 def test_an_autocorrelation_that_never_falls_has_no_delay_and_says_so():
-    found = impactsig.autocorrelation_delay(np.arange(100.0) ** 2, longest=5)
+    found = impactsig.embedding_delay(np.arange(100.0) ** 2, "1/e", longest=5)
     assert found.delay is None
     assert "stays above" in str(found)
 

@@ -160,12 +160,12 @@ def test_autocorrelation_and_information_pair_nothing_across():
     first, second = (np.concatenate(each) for each in zip(*ends, strict=True))
     every = np.concatenate(parts(X, CUTS))
     covariance = np.mean((first - every.mean()) * (second - every.mean()))
-    found = impactsig.autocorrelation_delay(RUN, longest=4)
+    found = impactsig.embedding_delay(RUN, "1/e", longest=4)
     assert found.curve[lag] == pytest.approx(covariance / every.var(), rel=1e-6)
     scores = ndtri((np.argsort(np.argsort(every)) + 0.5) / len(every))
     pieces = np.split(scores, np.cumsum([len(part) for part in parts(X, CUTS)])[:-1])
     paired = [(part[:-lag], part[lag:]) for part in pieces]
-    told = impactsig.mutual_information_delay(RUN, longest=4)
+    told = impactsig.embedding_delay(RUN, longest=4)
     expected = information(*(np.concatenate(each) for each in zip(*paired, strict=True)), 4)
     assert told.curve[lag] == pytest.approx(expected, abs=1e-9)
 

@@ -14,8 +14,8 @@ from tests import naive_reconstruct_embed as naive
 NOISE = np.random.default_rng(5).normal(size=800)
 HENON = naive.henon(800)
 RESULTS = [
-    impactsig.autocorrelation_delay,
-    impactsig.mutual_information_delay,
+    lambda x: impactsig.embedding_delay(x, "1/e"),
+    impactsig.embedding_delay,
     impactsig.false_nearest_neighbors,
     impactsig.averaged_false_neighbors,
     lambda x: impactsig.lyapunov_exponent(x, dimension=2),

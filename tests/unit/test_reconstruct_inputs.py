@@ -24,8 +24,8 @@ FUNCTIONS = {
     "lyapunov_exponent, kantz": lambda x: impactsig.lyapunov_exponent(
         x, dimension=2, method="kantz"
     ),
-    "autocorrelation_delay": impactsig.autocorrelation_delay,
-    "mutual_information_delay": impactsig.mutual_information_delay,
+    "embedding_delay, 1/e": lambda x: impactsig.embedding_delay(x, "1/e"),
+    "embedding_delay": impactsig.embedding_delay,
     "ordinal_patterns": impactsig.ordinal_patterns,
     "false_nearest_neighbors": lambda x: impactsig.false_nearest_neighbors(x, 3),
     "averaged_false_neighbors": lambda x: impactsig.averaged_false_neighbors(x, 3),
@@ -169,7 +169,7 @@ OF_A_PERIOD = {
     "correlation_dimension": "dimension 0: the series is periodic",
     "lyapunov_exponent": "periodic: the values recur after 3, exponent 0",
     "lyapunov_exponent, kantz": "periodic: the values recur after 3, exponent 0",
-    "mutual_information_delay": "no delay",
+    "embedding_delay": "no delay",
     "false_nearest_neighbors": "3 values only",
     "averaged_false_neighbors": "3 values only",
     "prediction_error": "0 standard deviations",

@@ -10,7 +10,7 @@ import numpy as np
 from ...dynamics.periodic.collocation import NODES, chebyshev
 from ...dynamics.periodic.orbits import PeriodicOrbit
 from ...errors import InvalidInput
-from ...oscillators import Hertz, KelvinVoigt, Oscillator, Rigid
+from ...oscillators import Oscillator
 from ...simulation.basis.events import (
     IMPACT,
     PART,
@@ -28,7 +28,6 @@ from ...simulation.basis.events import (
     TURNS,
 )
 from ...simulation.basis.frame import base_motion, forcing, pace
-from ...simulation.basis.laws import hertz_push, spring_push
 from ..feedback import DelayedFeedback, check_signal
 from ._variation import Piece, Variation, laps_in, moving
 
@@ -53,8 +52,7 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
     """
     laps = laps_in(feedback, orbit.periods, f"the orbit's {orbit.periods} periods")
     check_signal(feedback)
-    laws = [stop.law for stop in orbit.system.stops]
-    if any(isinstance(law, Hertz) and law.restitution is not None for law in laws):
+    if any(stop.law.by_approach is not None for stop in orbit.system.stops):
         raise InvalidInput(
             "orbit", orbit, "an orbit without Lankarani-Nikravesh stops",
             "Their loss goes by the approach velocity; Hertz(stiffness, damping=...) will do",
@@ -133,7 +131,7 @@ class Pieces:
             return "stop"
         q = self._relative(np.array([angle]))[0][0]
         near = 1e-9 * np.abs(self.motion._segments[:, ROW_Q : ROW_V + 1]).max()
-        rigid = [stop.position for stop in self.oscillator.stops if isinstance(stop.law, Rigid)]
+        rigid = [stop.position for stop in self.oscillator.stops if stop.law.rigid]
         return "stop" if any(abs(q - at) <= near for at in rigid) else "friction"
 
     def _pressed(self, angle: float) -> set[int]:
@@ -141,12 +139,11 @@ class Pieces:
         q, v = (own[0] for own in self._relative(np.array([angle])))
         found = set()
         for k, stop in enumerate(self.oscillator.stops):
-            depth, inward = _side(stop) * (q - stop.position), _side(stop) * v * self.omega
+            depth, inward = stop.sign * (q - stop.position), stop.sign * v * self.omega
             law = stop.law
-            if depth > 0 and not isinstance(law, Rigid):
-                only = isinstance(law, KelvinVoigt) and law.ends == "force"
-                if not only or spring_push(law.stiffness, law.damping, depth, inward) > 0:
-                    found.add(k)
+            if law.rigid or depth <= 0 or (law.only_pushes and law.push(depth, inward) <= 0):
+                continue
+            found.add(k)
         return found
 
     def _leg(self, low: float, high: float, held: str, pressed: set[int]) -> Leg:
@@ -162,16 +159,8 @@ class Pieces:
         for ratio, force in self.waves:
             a = a + (force * np.exp(1j * ratio * angle)).real
         for stop in pressed:
-            side, law = _side(stop), stop.law
-            depth, inward = side * (q - stop.position), side * v * omega
-            if isinstance(law, KelvinVoigt):
-                push = spring_push(law.stiffness, law.damping, depth, inward)
-            else:
-                assert isinstance(law, Hertz)
-                depth = np.maximum(depth, 0.0)
-                root = np.sqrt(depth)
-                push = hertz_push(law.stiffness, law.exponent, law.damping, depth, root, inward)
-            a = a - side * push / inertia
+            depth, inward = stop.sign * (q - stop.position), stop.sign * v * omega
+            a = a - stop.sign * stop.law.push(depth, inward) / inertia
         if own.law is not None:
             at, moving = base_motion(own, pace(own) * angle)
             law_of = getattr(own.law, "py_func", own.law)
@@ -192,9 +181,9 @@ class Pieces:
             kind, k = row[ROW_KIND], int(row[ROW_STOP])
             if kind in (IMPACT, TOUCH, PART):
                 stop = self.oscillator.stops[k]
-                if kind != PART or getattr(stop.law, "ends", "gap") == "gap":
+                if kind != PART or not stop.law.only_pushes:
                     q[-1] = stop.position
-                v[-1] = _side(stop) * row[ROW_APPROACH] if kind == IMPACT else row[ROW_V]
+                v[-1] = stop.sign * row[ROW_APPROACH] if kind == IMPACT else row[ROW_V]
             else:
                 v[-1] = 0.0
         small = 1e-6 * max(np.abs(q).max(), np.abs(v).max())
@@ -284,10 +273,6 @@ class Pieces:
         speed, h = abs(v) * self.omega, 1e-6 * abs(v) * self.omega
         slope = r(speed) + speed * (r(speed + h) - r(speed - h)) / (2 * h)
         return -r(speed) * v, -slope
-
-
-def _side(stop: Any) -> int:
-    return 1 if stop.side == "upper" else -1
 
 
 def _with(

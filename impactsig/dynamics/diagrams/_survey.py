@@ -11,7 +11,7 @@ import numpy as np
 from ..._arguments import number, thread_count, whole
 from ..._running.threads import in_threads
 from ...errors import InvalidInput
-from ...oscillators import Oscillator, Rigid
+from ...oscillators import Oscillator
 from ...simulation.basis.columns import form_of
 from ...simulation.basis.events import LOW, PHASE, STROBE, STROBE_IMPACTS
 from ...simulation.batches.moving import takes
@@ -87,8 +87,8 @@ class Survey:
         """Mask of positions that are not beyond a rigid stop."""
         good = np.ones(len(places), bool)
         for stop in self.run.oscillator.stops:
-            if isinstance(stop.law, Rigid):
-                depth = (places[:, 0] - stop.position) * (1 if stop.side == "upper" else -1)
+            if stop.law.rigid:
+                depth = (places[:, 0] - stop.position) * stop.sign
                 good &= depth <= slack * (np.abs(places[:, 0]) + abs(stop.position))
         return good
 

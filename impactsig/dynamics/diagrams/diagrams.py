@@ -12,7 +12,7 @@ import numpy as np
 from ..._arguments import Seed, flag, function, number, streams, thread_count, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
-from ...oscillators import Cantilever, Oscillator, Rigid
+from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulation.batches.course import Course
 from ...simulation.simulation import what_it_is
@@ -382,7 +382,7 @@ def _carried(
             origin, unit = ground(oscillator, start["phase"])
             place = relative[0]
             for stop in oscillator.stops:
-                if isinstance(stop.law, Rigid):
+                if stop.law.rigid:
                     limit = min if stop.side == "upper" else max
                     place = limit(place, stop.position)
             start["initial"] = tuple((origin + unit * (place, relative[1])).tolist())

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._arguments import function, number, thread_count, whole
 from ..._showing import Shown, drawn_by
-from ...oscillators import Cantilever, Oscillator, Rigid
+from ...oscillators import Cantilever, Oscillator
 from ...oscillators.flows import Flow
 from ...simulation.batches.course import Course
 from ...simulation.flows.course import coordinate_of
@@ -268,7 +268,7 @@ def _first_period(oscillator: Oscillator) -> float:
 
 def _jumps(time: np.ndarray, which: np.ndarray, stops: Sequence[Any]) -> np.ndarray:
     """Those of some impacts that turn the velocity at once."""
-    rigid = [k for k, stop in enumerate(stops) if stop is not None and isinstance(stop.law, Rigid)]
+    rigid = [k for k, stop in enumerate(stops) if stop is not None and stop.law.rigid]
     return time[np.isin(which, rigid)]
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from ..._arguments import choice, number, whole
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput
-from ...oscillators import Rigid
 from ...oscillators.flows import Flow
 from ...simulation import Motion
 from ...simulation.basis.events import (
@@ -197,7 +196,7 @@ def displacement_section(
         return _of_tip(motion, level, direction)
     motion = _motion(motion)
     find = _exact if isinstance(motion._engine, ExactEngine) else _looked
-    rigid = [s.position for s in motion.system.stops if isinstance(s.law, Rigid)]
+    rigid = [s.position for s in motion.system.stops if s.law.rigid]
     _rows(motion)
     # Rounding may put a hit beyond the stop.
     turns, phase, velocity = np.empty((3, 0)) if level in rigid else find(motion, level)
@@ -215,7 +214,7 @@ def _towards(direction: str, *crossings: np.ndarray) -> Section:
 def _of_tip(motion: BeamMotion, level: float, direction: str) -> Section:
     """Crossings of a displacement by the tip of a cantilever."""
     period, stop = _period(motion), motion.system.stop
-    if stop is not None and isinstance(stop.law, Rigid) and level == stop.position:
+    if stop is not None and stop.law.rigid and level == stop.position:
         return _towards(direction, *np.empty((3, 0)))  # rounding may put a hit beyond the stop
     looks = 2 + math.ceil(LOOKS * motion.duration * motion.frequencies.max(initial=1 / period))
     events = (motion._begins - motion._phase) / motion._omega

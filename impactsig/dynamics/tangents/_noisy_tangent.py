@@ -17,11 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InvalidInput
-from ...oscillators import Hertz, Oscillator, Rigid
+from ...oscillators import Oscillator
+from ...oscillators.laws import HERTZ, PUSHER, spring_push
 from ...simulation import simulate
 from ...simulation.basis.frame import base_motion, pace
-from ...simulation.basis.laws import HERTZ, PUSHER, spring_push
-from ...simulation.basis.stops import columns
 
 SMALL = 6e-6  # of the size of a path, to difference a law by: the cube root of rounding
 SMOOTH = "an oscillator under a random force, without friction, whose stops are soft"
@@ -89,10 +88,10 @@ def _check(oscillator: Oscillator) -> None:
     if oscillator.noise is not None and oscillator.noise.parametric:
         why = UNTOLD
     for stop in oscillator.stops:
-        if isinstance(stop.law, Rigid):
+        if stop.law.rigid:
             white = oscillator.noise is not None and not oscillator.noise.correlation_time
             why = PARTED if white else UNSEEN
-        elif isinstance(stop.law, Hertz) and stop.law.restitution is not None:
+        elif stop.law.by_approach is not None:
             why = MEASURED
     if why:
         raise InvalidInput("system", oscillator, SMOOTH, why)
@@ -105,14 +104,13 @@ def _contacts(
     turned = (oscillator.angular_forcing_frequency or 0.0) * time + phase
     at, moving = base_motion(oscillator, pace(oscillator) * turned)
     for stop in oscillator.stops:
-        side = 1.0 if stop.side == "upper" else -1.0
-        depth, inward = side * (x - at - stop.position), side * (v - moving)
+        depth, inward = stop.sign * (x - at - stop.position), stop.sign * (v - moving)
         pressed = depth > 0
         crossed = pressed[1:] != pressed[:-1]
         which = np.flatnonzero(crossed)
         share = depth[which] / (depth[which] - depth[which + 1])
         comes = pressed[which + 1]
-        kind, stiffness, loss, exponent, _ = columns(stop.law, oscillator.mass, oscillator.mass, 1)
+        kind, stiffness, loss, exponent, _ = stop.law.row(oscillator.mass, oscillator.mass)
         behind = np.maximum(depth, 0.0)
         if kind == HERTZ:
             by_depth = exponent * stiffness * behind ** (exponent - 1) * (1 + loss * inward)

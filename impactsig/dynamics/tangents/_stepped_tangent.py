@@ -10,6 +10,17 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
+from ...oscillators.laws import (
+    BY_APPROACH,
+    HERTZ,
+    LAW,
+    LOSS,
+    PLACE,
+    PUSHER,
+    RESTITUTION,
+    SIDE,
+    SPRING,
+)
 from ...simulation.basis.events import (
     IMPACT,
     LOW,
@@ -30,7 +41,6 @@ from ...simulation.basis.events import (
     Q,
     V,
 )
-from ...simulation.basis.laws import HERTZ, LAW, LOSS, PLACE, PUSHER, RESTITUTION, SIDE, SPRING
 from ...simulation.exact.passing import pass_time, set_clock, time_until
 from ...simulation.stepping.rates import jerk, open_leg, origin, pull
 from ...simulation.stepping.retrace import mode_of
@@ -162,7 +172,7 @@ def jump(p, f, s, row, after, place, motion, columns, totals, collapses, at_once
         law = p.stops[k, LAW]
         at_gap = p.stops[k, PLACE] == q + origin(p, after)
         totals[IMPACTS] += kind == TOUCH
-        if kind == TOUCH and law == HERTZ and p.stops[k, RESTITUTION] >= 0 and v != 0.0:
+        if kind == TOUCH and law == HERTZ and p.stops[k, BY_APPROACH] >= 0 and v != 0.0:
             # What the approach velocity gains: the touch comes earlier or later.
             a, _ = pull_in(p, f, s, row, before, approach, there, v)
             for j in range(2):

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
+from ...oscillators.laws import BY_APPROACH, EXPONENT, HERTZ, LAW, LOSS, PLACE, SIDE, STIFFNESS
 from ...simulation.basis.events import V
-from ...simulation.basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, SIDE, STIFFNESS
-from ...simulation.stepping.rates import PUSHING, hertz_loss, status
+from ...simulation.stepping.rates import PUSHING, approach_loss, status
 
 # What `motion` holds: position and velocity, step to try next, greatest speed; then for each stop
 # the approach velocity of its last contact, and what that gains by either column.
@@ -34,9 +34,9 @@ def pull_slopes(p, f, leg, mode, motion, tau, y, v, by_approach):
         if depth <= 0:
             continue
         loss, touched = p.stops[k, LOSS], motion[STOPS + k]
-        own = p.stops[k, RESTITUTION] >= 0
+        own = p.stops[k, BY_APPROACH] >= 0
         if own:
-            loss = hertz_loss(p.stops[k, RESTITUTION], touched)
+            loss = approach_loss(p.stops[k, BY_APPROACH], touched)
         power = stiffness * depth**n
         of_q -= n * power / depth * (1 + loss * side * v)
         of_v -= power * loss

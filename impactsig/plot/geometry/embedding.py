@@ -23,17 +23,17 @@ def delay_choice(result: DelayChoice, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     result : DelayChoice
-        From `autocorrelation_delay` or `mutual_information_delay`.
+        From `embedding_delay`.
 
     See Also
     --------
-    impactsig.autocorrelation_delay, impactsig.mutual_information_delay
+    impactsig.embedding_delay
 
     Examples
     --------
     >>> import numpy as np
-    >>> from impactsig import autocorrelation_delay, plot
-    >>> ax = plot.delay_choice(autocorrelation_delay(np.sin(0.1 * np.arange(500))))
+    >>> from impactsig import embedding_delay, plot
+    >>> ax = plot.delay_choice(embedding_delay(np.sin(0.1 * np.arange(500)), "1/e"))
     """
     ax = axes(ax, width=5.2, height=3.4)
     # Far beyond the choice there is nothing to see.

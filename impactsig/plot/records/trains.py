@@ -54,10 +54,9 @@ def return_maps(
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from impactsig import plot
-    >>> rng = np.random.default_rng(1)
-    >>> trains = {name: rng.normal(0.05, 0.01, 100) for name in ("before", "after")}
+    >>> from impactsig import flows, integrate_and_fire, plot
+    >>> flow = flows.rossler()
+    >>> trains = {f"C = {c}": integrate_and_fire(flow, c, count=100) for c in (20, 40)}
     >>> axes = plot.return_maps(trains)
     """
     if not isinstance(trains, Mapping) or not trains:

@@ -117,11 +117,11 @@ def waveform(
     return frame(ax, None, with_unit(name, shown.unit))
 
 
-def polyline(recording: Recording, bins: int = BINS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def polyline(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time, least and greatest sample of each span, or the samples if there are few."""
-    if len(recording) <= 2 * bins:
+    if len(recording) <= 2 * BINS:
         return recording.time, recording.samples, recording.samples
-    return recording.envelope(bins)
+    return recording.envelope(BINS)
 
 
 def marker_heights(

@@ -313,10 +313,7 @@ def _in_sight(motion: Motion, x: np.ndarray) -> list[Any]:
 
 
 def _stop_style(stop: Any) -> dict[str, Any]:
-    from ...oscillators import Rigid
-
-    rigid = isinstance(stop.law, Rigid)
-    style = "-" if rigid else (0, (5, 3))
+    style = "-" if stop.law.rigid else (0, (5, 3))
     return {"color": EDGE, "linewidth": 1.0, "linestyle": style, "zorder": 1.5}
 
 

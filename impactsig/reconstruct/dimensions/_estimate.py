@@ -305,11 +305,9 @@ def _wider(given: Setting, noise: Noise, read: _Read, largest: float) -> _Read:
     return read._replace(sums=sums, chance=chance, slope=slope(sums, given.fit))
 
 
-def _again(
-    given: Setting, noise: Noise, read: _Read, m: int, values: np.ndarray | None = None
-) -> float | None:
-    """Slope over the same scales with another embedding, noise or series."""
-    sums = given.sums(noise, m, read.slope.scales, values=values)
+def _again(given: Setting, noise: Noise, read: _Read, values: np.ndarray) -> float | None:
+    """Slope over the same scales with another noise and series."""
+    sums = given.sums(noise, read.embedding, read.slope.scales, values=values)
     return (
         None if sums is None or len(sums.scales) < FEWEST_SCALES else slope(sums, given.fit).value
     )
@@ -337,7 +335,7 @@ def _shift_by_faults(given: Setting, noise: Noise, read: _Read) -> float:
     shifts = []
     for seed in range(DOSES):
         dosed = with_faults(given.values, given.missed, given.spurious, seed)
-        again = _again(given, noise, read, read.embedding, dosed)
+        again = _again(given, noise, read, dosed)
         if again is not None:
             shifts.append(again - read.slope.value)
     return float(np.mean(shifts)) if shifts else 0.5

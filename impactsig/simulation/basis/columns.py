@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InvalidInput
-from ...oscillators import KelvinVoigt, Oscillator, Rigid
+from ...oscillators import Oscillator
+from ...oscillators.laws import PUSHER, SPRING
 from ...oscillators.recurrence import LARGEST, ROUNDING
-from .laws import PUSHER, SPRING
-from .stops import kind_of, restitution_of
 
 MASS, DAMPING, STIFFNESS, LOAD, KINETIC, STATIC, TIME_UNIT = range(7)
 FIRST = 7  # row of the first force
@@ -71,13 +70,11 @@ class Forcing(NamedTuple):
 def form_of(machine: Oscillator) -> Form:
     """The form of an oscillator."""
     base = machine.base
-    laws = [stop.law for stop in machine.stops]
-    restitutions = [law.restitution if isinstance(law, Rigid) else None for law in laws]
     return Form(
         len(machine.forces),
         None if base is None else (base.spring, base.damper, base.stops),
-        tuple((1 if stop.side == "upper" else -1, kind_of(stop.law)) for stop in machine.stops),
-        tuple(function if callable(function) else None for function in restitutions),
+        tuple((stop.sign, stop.law.row().law) for stop in machine.stops),
+        tuple(stop.law.function for stop in machine.stops),
     )
 
 
@@ -144,11 +141,8 @@ def _numbers(machine: Oscillator) -> list[Any]:
     if machine.base is not None:
         numbers += (machine.base.amplitude, machine.base.angular_frequency, machine.base.phase)
     for stop in machine.stops:
-        law = stop.law
-        if isinstance(law, KelvinVoigt):
-            numbers += (stop.position, law.stiffness, law.damping, restitution_of(law))
-        else:
-            numbers += (stop.position, 0.0, 0.0, restitution_of(law))
+        _, stiffness, loss, _, restitution = stop.law.row()
+        numbers += (stop.position, stiffness, loss, restitution)
     return numbers
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,9 +45,7 @@ def move_one(k, slot, many, room, until, clocks, states, counts, status, rows, e
     full[k] = reached == k
 
 
-@cache
-def _move() -> Each:
-    return Each(move_one)
+_move = Each(move_one)
 
 
 def rooms(many: Problem, n: int) -> Scratch:
@@ -115,5 +112,5 @@ def _launched(
     """Rows of each thread, how many each machine has filled, and whether it must go on."""
     rows = np.empty((len(order), room, COLUMNS))
     ends, full = np.zeros(len(until[0]), np.int64), np.zeros(len(until[0]), np.int8)
-    _move()(order, many, rooms(many, len(order)), until, *places, rows, ends, full)
+    _move(order, many, rooms(many, len(order)), until, *places, rows, ends, full)
     return rows, ends, full

@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InvalidInput
-from ...oscillators import KelvinVoigt, Rigid, Stop
-from ..basis.stops import restitution_of
+from ...oscillators import Rigid, Stop
 
 if TYPE_CHECKING:
     from .beam_flow import Beam
@@ -69,16 +68,15 @@ def regimes(
     drag = 2 * damping_ratios * frequencies / omega
     push = force / (modal_mass * omega**2)
     law = stop.law if stop else Rigid(0.0)
-    side = -1.0 if stop and stop.side == "lower" else 1.0
+    side = float(stop.sign) if stop else 1.0
     position = stop.position if stop else np.inf
     ones = np.ones(m)
 
     gap = np.concatenate([-side * ones, 0 * ones])
     found = [_free(stiff, damping_ratios, push)]
     signals = [(gap, side * position if stop else np.inf, -side * base)]
-    if isinstance(law, KelvinVoigt):
-        k = law.stiffness / (modal_mass * omega**2)
-        c = law.damping / (modal_mass * omega)
+    _, k, c, _, restitution = law.row(modal_mass * omega**2, modal_mass * omega)
+    if not law.rigid:
         pressed = _first_order(np.diag(stiff) + k, np.diag(drag) + c)
         found.append(
             _regime(pressed, push - (k + 1j * c) * base, k * position * ones, np.eye(2 * m))
@@ -131,7 +129,7 @@ def regimes(
         stacked("seen", 0),
         both("beat"),
         side,
-        restitution_of(law),
+        restitution,
         chatter,
         np.empty((most + 1, 2), complex),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._arguments import pair, reals
 from ...errors import InvalidInput
-from ...oscillators import Cantilever, Force, Rigid, Stop
+from ...oscillators import Cantilever, Force, Stop
 
 
 def forces_of(beam: Cantilever) -> tuple[np.ndarray, complex]:
@@ -54,8 +54,8 @@ def regime_at(stop: Stop | None, tip: float) -> int:
     """The regime in which a tip at that place starts."""
     if stop is None:
         return 0
-    depth = (tip - stop.position) * (1 if stop.side == "upper" else -1)
-    if isinstance(stop.law, Rigid):
+    depth = (tip - stop.position) * stop.sign
+    if stop.law.rigid:
         if depth > 1e-12 * (abs(tip) + abs(stop.position)):
             raise InvalidInput(
                 "initial", f"a tip at {tip:.9g} m",

@@ -11,7 +11,7 @@ import numpy as np
 from ..._arguments import number, times_within
 from ..._showing import drawn_by
 from ...impacts import OPEN_END, Impacts, exact
-from ...oscillators import Cantilever, KelvinVoigt, Rigid
+from ...oscillators import Cantilever, Stop
 from ..basis.events import (
     BEAM_APPROACH,
     IMPACT,
@@ -26,7 +26,6 @@ from ..basis.events import (
     TURNS,
 )
 from ..basis.frame import strobe_times
-from ..basis.laws import spring_push
 from ..moved import Moved
 
 if TYPE_CHECKING:
@@ -168,8 +167,7 @@ class BeamMotion(Moved):
         m = len(self.frequencies)
         states = self._rows[self._impact_rows, -2 * m :]
         q, after = states[:, :m], states[:, m:] * self._omega
-        law = self.system.stop.law if self.system.stop else None
-        if not isinstance(law, Rigid):
+        if not _is_rigid(self.system.stop):
             return q, after, after
         speed = self.impacts.approach_velocity
         assert speed is not None
@@ -256,8 +254,7 @@ def assemble(
     speed = rows[which, BEAM_APPROACH] * omega
     known: dict[str, Any] = {"time": time[which], "approach_velocity": speed, "unit": "N"}
     known |= {"stop_index": np.zeros(len(which)), **exact(len(which))}
-    law = stop.law if stop else None
-    if isinstance(law, Rigid):
+    if _is_rigid(stop):
         known["impulse"] = (1 + table.restitution) * speed * beam.modal_mass / m
     elif stop is not None:
         over = np.append(np.flatnonzero(kind == PART), len(rows))
@@ -267,7 +264,7 @@ def assemble(
         known["peak"] = _peaks(setting, rows, which, known["contact_time"])
     held, release = kind == STICK, time[kind == RELEASE]
     begin = np.minimum(time[held] + rows[held, BEAM_APPROACH] / omega, end)
-    if rows[0, ROW_REGIME] == 1 and isinstance(law, Rigid):  # held from the start on
+    if rows[0, ROW_REGIME] == 1 and _is_rigid(stop):  # held from the start on
         begin = np.append(start, begin)
     if len(release) < len(begin):
         release = np.append(release, end)
@@ -275,10 +272,14 @@ def assemble(
     rows.flags.writeable = False
     return BeamMotion(
         beam, rates / TURN, ratios, start, end - start, impacts, np.stack([begin, release], axis=1),
-        float(lost * beam.modal_mass * omega**2) if isinstance(law, Rigid) else None,
+        float(lost * beam.modal_mass * omega**2) if _is_rigid(stop) else None,
         (state[:m].copy(), state[m:] * omega, float(clock[PHASE])),
         status, table, omega, phase, base, rows, which,
     )  # fmt: skip
+
+
+def _is_rigid(stop: Stop | None) -> bool:
+    return stop is not None and stop.law.rigid
 
 
 def _peaks(
@@ -289,8 +290,6 @@ def _peaks(
 
     stop, table, omega = setting.beam.stop, setting.table, setting.omega
     assert stop is not None
-    law = stop.law
-    assert isinstance(law, KelvinVoigt)
     m, fastest = table.modes, float(np.abs(table.rates[1].imag).max())
 
     def force(row: int, tau: np.ndarray) -> np.ndarray:
@@ -301,7 +300,7 @@ def _peaks(
         wave = setting.base * np.exp(1j * angle)
         depth = states[:, :m].sum(axis=1) + wave.real - stop.position
         rate = omega * (states[:, m:].sum(axis=1) - wave.imag)
-        return table.side * (spring_push(law.stiffness, law.damping, depth, rate))
+        return table.side * stop.law.push(depth, rate)
 
     peaks = np.empty(len(which))
     for k, row in enumerate(which):

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...oscillators.laws import PUSHER, RIGID
 from ..basis.columns import Columns, kinds_of_stops, order_of_stops
-from ..basis.laws import PUSHER, RIGID
 
 
 class Structure(NamedTuple):

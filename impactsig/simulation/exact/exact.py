@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...oscillators import Hertz, KelvinVoigt, Oscillator
+from ...oscillators import Oscillator
 from .modes import Stack, tables, taken
 from .starts import begun
 
@@ -68,9 +68,9 @@ class ExactEngine:
         from .look import peaks
 
         stops = self.oscillator.stops
-        soft = [s.law if isinstance(s.law, KelvinVoigt) else KelvinVoigt(1.0) for s in stops]
-        springs = np.array([law.stiffness for law in soft])
-        dampers = np.array([law.damping for law in soft]) * self.omega
+        laws = [stop.law.row() for stop in stops]
+        springs = np.array([law.stiffness for law in laws])
+        dampers = np.array([law.loss for law in laws]) * self.omega
         positions = np.array([stop.position for stop in stops])
         peak = np.empty(len(first))
         peaks(self.problem, self.scratch, rows, first, last, end, springs, dampers, positions, peak)
@@ -79,7 +79,7 @@ class ExactEngine:
 
 def piecewise_linear(oscillator: Oscillator) -> bool:
     """Whether the exact engine can simulate an oscillator."""
-    return not (oscillator.law or any(isinstance(stop.law, Hertz) for stop in oscillator.stops))
+    return oscillator.law is None and all(stop.law.linear for stop in oscillator.stops)
 
 
 def room(problem: Problem) -> Scratch:

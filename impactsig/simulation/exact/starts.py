@@ -8,6 +8,7 @@ import numpy as np
 
 from ...errors import InvalidInput
 from ...oscillators import Oscillator
+from ...oscillators.laws import PUSHER, RIGID, spring_push
 from ..basis.columns import (
     AMPLITUDE,
     DAMPER,
@@ -20,7 +21,6 @@ from ..basis.columns import (
 from ..basis.columns import PHASE as OWN_PHASE
 from ..basis.events import COUNTERS, FASTEST, LOST, MODE, TURN, Q, V
 from ..basis.frame import forcing_of_one, place_of
-from ..basis.laws import PUSHER, RIGID, spring_push
 from .modes import Stack
 
 
@@ -59,7 +59,7 @@ def places(
     """
     q, u, depths = _against_stops(columns, forcing, initial, phase)
     for side, depth in depths:
-        if (depth > 0).any():
+        if np.count_nonzero(depth > 0):
             k = int(np.argmax(depth > 0))
             name = "upper" if side > 0 else "lower"
             raise InvalidInput(
@@ -141,7 +141,7 @@ def begun(stack: Stack, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nd
             stop = columns.stops[number]
             depth = sign * (q - stop[POSITION])
             pressed = pressed & (depth > 0)
-            if not pressed.any():
+            if not np.count_nonzero(pressed):
                 break
             if kind == RIGID:
                 q = np.where(pressed, stop[POSITION], q)
@@ -168,7 +168,7 @@ def _modes(
     modes: dict[Any, int], side: np.ndarray, level: np.ndarray, lifted: np.ndarray
 ) -> np.ndarray:
     """Index of the mode that belongs to each position."""
-    if not level.any():
+    if not np.count_nonzero(level):
         return np.full(len(level), modes[0, 0, frozenset()])
     keys, which = np.unique(np.stack([side, level, lifted]), axis=1, return_inverse=True)
     numbers = [

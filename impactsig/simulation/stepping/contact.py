@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
+from ...oscillators.laws import LAW, PLACE, PUSHER, RESTITUTION, RIGID, SIDE
 from ..basis.delay import pushed_swing
 from ..basis.events import (
     APPROACH,
@@ -28,7 +29,6 @@ from ..basis.events import (
     Q,
     V,
 )
-from ..basis.laws import LAW, PLACE, PUSHER, RESTITUTION, RIGID, SIDE
 from ..exact.passing import CALM
 from ..exact.passing import note as write
 from .crossing import AGAIN, LEAVE, MEANING, OF_STOP, REACH, REST

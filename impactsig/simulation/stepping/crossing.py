@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import inlined, kernel
-from ..basis.laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
+from ...oscillators.laws import LAW, LOSS, PLACE, PUSHER, RIGID, SIDE, STIFFNESS
 from ..basis.roots import first_root
 from ..basis.tableau import DEGREE
 from .rates import OUT, SLACK, jerk, pull, spring_push, status

@@ -14,20 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiling.compiled import cfunc, inlined, kernel
-from ..basis import laws
-from ..basis.delay import pushed, pushed_rate
-from ..basis.events import TURN
-from ..basis.laws import (
+from ...oscillators import laws
+from ...oscillators.laws import (
+    BY_APPROACH,
     EXPONENT,
     HERTZ,
     LAW,
     LAW_COLUMNS,
     LOSS,
     PLACE,
-    RESTITUTION,
     SIDE,
     STIFFNESS,
 )
+from ..basis.delay import pushed, pushed_rate
+from ..basis.events import TURN
 from ..exact.flow import phase_of
 
 OUT, PUSHING, SLACK = range(3)
@@ -35,7 +35,7 @@ OUT, PUSHING, SLACK = range(3)
 WEIGHT = LAW_COLUMNS
 
 hertz_push = inlined(laws.hertz_push)
-hertz_loss = inlined(laws.hertz_loss)
+approach_loss = inlined(laws.approach_loss)
 spring_push = inlined(laws.spring_push)
 
 
@@ -157,8 +157,8 @@ def open_leg(p, s, turns, phase, low, mode, approach, y, v):
             constant += p.stops[k, STIFFNESS] * off
             continue
         n, loss = p.stops[k, EXPONENT], p.stops[k, LOSS]
-        if p.stops[k, RESTITUTION] >= 0:
-            loss = hertz_loss(p.stops[k, RESTITUTION], approach[k])
+        if p.stops[k, BY_APPROACH] >= 0:
+            loss = approach_loss(p.stops[k, BY_APPROACH], approach[k])
         s.hertz[hertz, 0], s.hertz[hertz, 1], s.hertz[hertz, 2] = (
             p.stops[k, SIDE],
             off,

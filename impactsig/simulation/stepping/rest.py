@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
+from ...oscillators.laws import LAW, PLACE, RIGID, SIDE
 from ..basis.events import TURN
-from ..basis.laws import LAW, PLACE, RIGID, SIDE
 from .rates import jerk, pull
 
 

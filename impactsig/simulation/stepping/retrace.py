@@ -7,6 +7,17 @@ import math
 import numpy as np
 
 from ..._compiling.compiled import allocating
+from ...oscillators.laws import (
+    BY_APPROACH,
+    EXPONENT,
+    HERTZ,
+    LAW,
+    LOSS,
+    PLACE,
+    RIGID,
+    SIDE,
+    STIFFNESS,
+)
 from ..basis.events import (
     LOW,
     MARK,
@@ -21,9 +32,8 @@ from ..basis.events import (
     TOUCH,
     TURNS,
 )
-from ..basis.laws import EXPONENT, HERTZ, LAW, LOSS, PLACE, RESTITUTION, RIGID, SIDE, STIFFNESS
 from ..exact.passing import pass_time, set_clock, time_until
-from .rates import PUSHING, hertz_loss, hertz_push, open_leg, origin, pull, spring_push, status
+from .rates import PUSHING, approach_loss, hertz_push, open_leg, origin, pull, spring_push, status
 from .rest import departure, rigid_at
 from .step import stride, take
 
@@ -35,7 +45,7 @@ def recall(p, rows, w, approach):
     """Approach velocities of the contacts in progress at row w, from the rows before it."""
     for k in range(len(p.stops)):
         approach[k] = 0.0
-        if p.stops[k, RESTITUTION] < 0 or p.stops[k, LAW] != HERTZ:
+        if p.stops[k, BY_APPROACH] < 0 or p.stops[k, LAW] != HERTZ:
             continue
         if status(p, int(rows[w, ROW_MODE]), k) == PUSHING:
             for r in range(w, -1, -1):
@@ -135,8 +145,8 @@ def peaks(p, tab, f, s, rows, first, last, end_turns, end_phase, out):
             row = rows[w]
             mode = mode_of(p, f, s, row, approach)
             loss = p.stops[k, LOSS]
-            if p.stops[k, RESTITUTION] >= 0:
-                loss = hertz_loss(p.stops[k, RESTITUTION], approach[k])
+            if p.stops[k, BY_APPROACH] >= 0:
+                loss = approach_loss(p.stops[k, BY_APPROACH], approach[k])
             set_clock(clock, row[TURNS], row[PHASE])
             x, u, wish, speed = row[ROW_Q], row[ROW_V], 0.0, abs(row[ROW_V])
             until_turns, until_phase = end_turns, end_phase

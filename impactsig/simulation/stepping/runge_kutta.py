@@ -12,11 +12,10 @@ import numpy as np
 
 from ..._arguments import whole
 from ...oscillators import Oscillator
+from ...oscillators.laws import HERTZ, PLACE, PUSHER, RIGID, spring_push
 from ...oscillators.parts import numbers
 from ..basis.events import COUNTERS, MODE
 from ..basis.frame import forcing, pace, reference_frequency, swings
-from ..basis.laws import HERTZ, PLACE, PUSHER, RIGID, spring_push
-from ..basis.stops import columns
 from ..basis.tableau import DEGREE, tableau
 from ..exact.user import compiled, restitution_laws
 
@@ -257,10 +256,8 @@ def _pose(oscillator: Oscillator, method: RungeKutta | FixedStep, chatter: float
 
     stops = []
     for k, stop in enumerate(oscillator.stops):
-        law = stop.law
-        side = 1.0 if stop.side == "upper" else -1.0
-        row = columns(law, inertia, mass * omega, omega)
-        stops.append((stop.position, side, *row, 3.0 ** (k + 1)))
+        row = stop.law.row(inertia, mass * omega, omega)
+        stops.append((stop.position, stop.sign, *row, 3.0 ** (k + 1)))
     order = sorted(range(len(stops)), key=lambda k: (-stops[k][1], stops[k][1] * stops[k][0]))
 
     steps = method.steps if isinstance(method, FixedStep) else 0

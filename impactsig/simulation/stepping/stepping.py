@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ..._compiling.compiled import kernel
+from ...oscillators.laws import HERTZ, LAW, PLACE, RIGID, SIDE
 from ..basis.events import (
     APPROACH,
     BEGUN,
@@ -30,7 +31,6 @@ from ..basis.events import (
     Q,
     V,
 )
-from ..basis.laws import HERTZ, LAW, PLACE, RIGID, SIDE
 from ..exact.passing import pass_time, set_clock, time_until
 from .contact import (
     hold,

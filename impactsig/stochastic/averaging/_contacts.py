@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...oscillators import Hertz, KelvinVoigt, Stop
+from ...oscillators import Stop
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(32)
 POINTS, WEIGHTS = (POINTS + 1) / 2, WEIGHTS / 2
@@ -20,8 +20,8 @@ class Contact(NamedTuple):
     """A soft stop with the force ``stiffness depth^exponent`` and a velocity-dependent part.
 
     That is ``damping depth'`` of Kelvin and Voigt's, which may end where the force does, and
-    ``stiffness depth^exponent loss depth'`` of Hertz's, the loss given or found from a restitution
-    coefficient and the approach velocity.
+    ``stiffness depth^exponent loss depth'`` of Hertz's, the loss given or found from the approach
+    velocity.
     """
 
     place: float
@@ -30,7 +30,7 @@ class Contact(NamedTuple):
     exponent: float
     damping: float
     loss: float
-    restitution: float | None
+    by_approach: float | None
     only_pushes: bool
 
     def push(self, x: np.ndarray) -> np.ndarray:
@@ -40,10 +40,10 @@ class Contact(NamedTuple):
 
     def lost(self, x: np.ndarray, v: np.ndarray, approach: np.ndarray) -> np.ndarray:
         """Sum of the dissipative forces on the way in and on the way out, at speeds v."""
-        if self.restitution is None:
+        if self.by_approach is None:
             return 2 * (self.damping + self.push(x) * self.loss) * v
         with np.errstate(divide="ignore", invalid="ignore"):
-            loss = np.where(approach > 0, logarithmic_loss(self.restitution) / approach, 0.0)
+            loss = np.where(approach > 0, logarithmic_loss(self.by_approach) / approach, 0.0)
         return 2 * self.push(x) * loss * v
 
     def not_pulled(
@@ -88,16 +88,15 @@ class Contact(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def logarithmic_loss(restitution: float) -> float:
-    """Of Lankarani and Nikravesh's, times the approach velocity, so that a contact is exact.
+def logarithmic_loss(a: float) -> float:
+    """Of a loss a by the approach velocity, times that velocity, so that a contact is exact.
 
-    Along the conservative motion the share of the energy 4 a / 3 is lost, a = 3 (1 - r^2) / 4. What
-    a contact leaves follows from ``a - ln(1 + a) = -e a - ln(1 - e a)`` [HuntCrossley1975]_, and
+    Along the conservative motion the share of the energy 4 a / 3 is lost. What a contact leaves
+    follows from ``a - ln(1 + a) = -e a - ln(1 - e a)`` [HuntCrossley1975]_, and
     -2 ln(e) is the rate under which the energy falls to that in a cycle.
     """
     from scipy.optimize import brentq
 
-    a = 0.75 * (1 - restitution**2)
     if a < 1e-6:
         return a
     spring = a - math.log1p(a)
@@ -107,12 +106,9 @@ def logarithmic_loss(restitution: float) -> float:
 
 def contact(stop: Stop) -> Contact:
     """The contact of a soft stop."""
-    side, law = 1 if stop.side == "upper" else -1, stop.law
-    if isinstance(law, KelvinVoigt):
-        return Contact(
-            stop.position, side, law.stiffness, 1.0, law.damping, 0.0, None, law.ends == "force"
-        )
-    assert isinstance(law, Hertz)
+    law, row = stop.law, stop.law.row()
+    damping, loss = (row.loss, 0.0) if law.linear else (0.0, row.loss)
     return Contact(
-        stop.position, side, law.stiffness, law.exponent, 0.0, law.damping, law.restitution, False
-    )
+        stop.position, stop.sign, row.stiffness, row.exponent, damping, loss, law.by_approach,
+        law.only_pushes,
+    )  # fmt: skip

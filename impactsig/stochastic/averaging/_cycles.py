@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...oscillators import Oscillator, Rigid
+from ...oscillators import Oscillator
 from ._contacts import Contact
 from ._families import Family, families
 from ._well import Conservative, Part, Side, Well, on_arrays
@@ -94,7 +94,7 @@ def exchange(oscillator: Oscillator, along: Orbits, impact: str) -> Exchange:
     lost, struck = np.zeros((2, len(along.energy)))
     for spare, side in zip(along.spare, ("lower", "upper"), strict=True):
         for stop in oscillator.stops_on(side):
-            if not isinstance(stop.law, Rigid):
+            if not stop.law.rigid:
                 continue  # its loss is in the work along the orbit
             r = _restitution(stop.law, np.sqrt(2 * spare / oscillator.mass), impact)
             taken = IMPACTS[impact](r)

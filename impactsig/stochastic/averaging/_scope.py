@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._arguments import choice
 from ...errors import InvalidInput
-from ...oscillators import Oscillator, Rigid
+from ...oscillators import Oscillator
 from ._cycles import IMPACTS, Orbits, exchange, orbits
 from ._families import Family, families
 from ._feeding import Band, band_of, fed
@@ -54,7 +54,7 @@ def check(oscillator: Oscillator, impact: str) -> None:
             "oscillator", noise, "noise of positive intensity", "Give it noise=Noise(intensity)"
         )
     for stop in oscillator.stops:
-        sticky = isinstance(stop.law, Rigid) and stop.law.restitution == 0
+        sticky = stop.law.rigid and stop.law.row().restitution == 0
         if impact == "logarithmic" and sticky:
             raise InvalidInput(
                 "oscillator", stop, "a restitution coefficient above 0",
@@ -101,7 +101,7 @@ def check_rest(oscillator: Oscillator) -> None:
                 "no density; simulate an ensemble instead",
             )  # fmt: skip
         for own in part.contacts:
-            if own.restitution is not None and own.side * (inside.bottom - own.place) > 0:
+            if own.by_approach is not None and own.side * (inside.bottom - own.place) > 0:
                 raise InvalidInput(
                     "oscillator", f"a mass that rests in the Hertz stop at {own.place:g}",
                     "a stop that the mass approaches, to have a loss by restitution",
@@ -185,7 +185,7 @@ def greatest_of(
 
 def _unconfined(oscillator: Oscillator, root: Family, unknown: float) -> NoReturn:
     """Raise the error for a density that no energy confines."""
-    if math.isfinite(unknown) and any(callable(stop.law.restitution) for stop in oscillator.stops):  # type: ignore[union-attr]
+    if math.isfinite(unknown) and any(s.law.function is not None for s in oscillator.stops):
         raise InvalidInput(
             "restitution", f"none at energies above {unknown:.3g}",
             "a function whose values are from 0 to 1, and above 0",

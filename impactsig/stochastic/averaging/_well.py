@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InvalidInput
-from ...oscillators import Oscillator, Rigid
+from ...oscillators import Oscillator
 from ._contacts import Contact, contact
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -169,7 +169,7 @@ def _cell(
 
 def conservative(oscillator: Oscillator) -> Conservative:
     """The conservative part of an oscillator; absent rigid stops are at infinity."""
-    rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
+    rigid = [stop for stop in oscillator.stops if stop.law.rigid]
     walls = {stop.side: stop.position for stop in rigid}
     law = oscillator.law
     try:
@@ -184,7 +184,7 @@ def conservative(oscillator: Oscillator) -> Conservative:
         law,
         walls.get("lower", -math.inf),
         walls.get("upper", math.inf),
-        tuple(contact(stop) for stop in oscillator.stops if not isinstance(stop.law, Rigid)),
+        tuple(contact(stop) for stop in oscillator.stops if not stop.law.rigid),
     )
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiling.compiled import inlined, kernel
-from ...simulation.basis.laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
+from ...oscillators.laws import EXPONENT, HERTZ, LAW, PLACE, SIDE, STIFFNESS
 from .equation import ground_at
 
 # Columns of `Kept.sums`.

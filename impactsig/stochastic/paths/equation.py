@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiling.compiled import inlined, kernel
-from ...simulation.basis import laws
-from ...simulation.basis.laws import (
+from ...oscillators import laws
+from ...oscillators.laws import (
+    BY_APPROACH,
     EXPONENT,
     HERTZ,
     LAW,
@@ -21,12 +22,11 @@ from ...simulation.basis.laws import (
     LOSS,
     PLACE,
     PUSHER,
-    RESTITUTION,
     SIDE,
     STIFFNESS,
 )
 
-# Columns of `Problem.soft`: those of `simulate.basis.laws`, and the number of the stop.
+# Columns of `Problem.soft`: those of `oscillators.laws`, and the number of the stop.
 STOP = LAW_COLUMNS
 # Rows of the state: position, velocity, the filtered force and what it is turned into where it
 # oscillates, then for each soft stop the approach velocity of its last contact.
@@ -34,7 +34,7 @@ Q, V, F, ACROSS, APPROACH = range(5)
 # Columns of the events that a path is asked for: instant, stop, approach velocity.
 INSTANT, WHICH, SPEED, COLUMNS = range(4)
 hertz_push = inlined(laws.hertz_push)
-hertz_loss = inlined(laws.hertz_loss)
+approach_loss = inlined(laws.approach_loss)
 spring_push = inlined(laws.spring_push)
 BLOCK = 64  # steps whose random numbers are drawn together
 
@@ -109,8 +109,8 @@ def contact_force(p, state, lane, q, v):
             continue
         kind, stiffness, loss = p.soft[k, LAW], p.soft[k, STIFFNESS], p.soft[k, LOSS]
         if kind == HERTZ:
-            if p.soft[k, RESTITUTION] >= 0:
-                loss = hertz_loss(p.soft[k, RESTITUTION], state[APPROACH + k, lane])
+            if p.soft[k, BY_APPROACH] >= 0:
+                loss = approach_loss(p.soft[k, BY_APPROACH], state[APPROACH + k, lane])
             root = math.sqrt(depth)
             force = hertz_push(stiffness, p.soft[k, EXPONENT], loss, depth, root, side * v)
         else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -96,9 +95,7 @@ def look_at_one(
         at, done = last, done + some
 
 
-@cache
-def _look() -> Each:
-    return Each(look_at_one)
+_look = Each(look_at_one)
 
 
 def look_at(
@@ -112,4 +109,4 @@ def look_at(
     edges, *counts = kept
     order = np.arange(len(paths))
     w = work(len(paths), min(span[2], span[3]))
-    _look()(order, p, u, (key, paths, edges), span, w, state, count, *counts)
+    _look(order, p, u, (key, paths, edges), span, w, state, count, *counts)

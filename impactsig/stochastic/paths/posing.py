@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...oscillators import Hertz, Noise, Oscillator, Rigid
+from ...oscillators import Noise, Oscillator, Stop
 from ...simulation.basis.frame import forcing, reference_frequency
 from ...simulation.exact.user import compiled, restitution_laws
 
@@ -22,7 +22,6 @@ NODES = 4097  # of a law's potential
 
 def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False) -> Problem:
     """The parameters per mass, in the oscillator's own units of time and length."""
-    from ...simulation.basis.stops import columns, restitution_of
     from .equation import Problem
 
     mass, omega = oscillator.mass, reference_frequency(oscillator)
@@ -35,11 +34,10 @@ def pose(oscillator: Oscillator, step: float, phase: float, unfold: bool = False
     soft, walls = [], {"upper": (math.inf, 1.0, -1), "lower": (-math.inf, 1.0, -1)}
     for number, stop in enumerate(oscillator.stops):
         law = stop.law
-        if isinstance(law, Rigid):
-            walls[stop.side] = stop.position, restitution_of(law), number
+        if law.rigid:
+            walls[stop.side] = stop.position, law.row().restitution, number
             continue
-        side = 1.0 if stop.side == "upper" else -1.0
-        soft.append((stop.position, side, *columns(law, mass, mass, 1.0), number))
+        soft.append((stop.position, stop.sign, *law.row(mass, mass), number))
 
     noise, friction = oscillator.noise or Noise(0.0), oscillator.friction
     tau = noise.correlation_time
@@ -192,8 +190,8 @@ def _root(covariance: np.ndarray) -> np.ndarray:
     return np.array([[one, 0.0], [below, math.sqrt(max(c - below**2, 0.0))]])
 
 
-def hertz_rate(law: Hertz, mass: float, speed: float) -> float:
+def contact_rate(stop: Stop, mass: float, speed: float) -> float:
     """Root of the stiffness per mass at the depth that an approach velocity reaches."""
-    n = law.exponent
-    depth = ((n + 1) * mass * speed**2 / (2 * law.stiffness)) ** (1 / (n + 1))
-    return math.sqrt(n * law.stiffness * depth ** (n - 1) / mass)
+    _, stiffness, _, n, _ = stop.law.row()
+    depth = ((n + 1) * mass * speed**2 / (2 * stiffness)) ** (1 / (n + 1))
+    return math.sqrt(n * stiffness * depth ** (n - 1) / mass)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._arguments import Seed, choice, seed_sequence
 from ...errors import InvalidInput
-from ...oscillators import Oscillator, Rigid
+from ...oscillators import Oscillator
 from .posing import filtered_deviation, functions, pose, transition
 
 Method = Literal["splitting", "runge-kutta", "zhuravlev", "gaussian"]
@@ -37,7 +37,7 @@ def check_method(oscillator: Oscillator, method: Method) -> None:
         If it cannot, or there is none of that name.
     """
     choice("method", method, METHODS)
-    rigid = [stop for stop in oscillator.stops if isinstance(stop.law, Rigid)]
+    rigid = [stop for stop in oscillator.stops if stop.law.rigid]
     filtered = oscillator.noise is not None and oscillator.noise.correlation_time > 0
     remedy = 'Use method="splitting"'
     noise = oscillator.noise

@@ -118,14 +118,14 @@ class DelayLine:
 
 def _push(problem: Any, k: int, approach: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Force per mass of a soft stop; 0 if it is not touched."""
-    from ....simulation.basis.laws import HERTZ, hertz_loss, hertz_push, spring_push
+    from ....oscillators.laws import HERTZ, approach_loss, hertz_push, spring_push
 
-    place, side, law, stiffness, loss, exponent, restitution, _ = problem.stops[k]
+    place, side, law, stiffness, loss, exponent, by_approach, _ = problem.stops[k]
     depth, inward = np.maximum(side * (x - place), 0.0), side * v
     if law != HERTZ:
         return np.where(depth > 0, spring_push(stiffness, loss, depth, inward), 0.0)
-    if restitution >= 0:
-        loss = hertz_loss(restitution, approach)
+    if by_approach >= 0:
+        loss = approach_loss(by_approach, approach)
     return np.asarray(hertz_push(stiffness, exponent, loss, depth, np.sqrt(depth), inward))
 
 

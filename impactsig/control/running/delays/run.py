@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from ...._compiling.compiled import kernel
+from ....oscillators.laws import PLACE
 from ....simulation.basis.events import (
     APPROACH,
     BROKEN,
@@ -34,7 +35,6 @@ from ....simulation.basis.events import (
     Q,
     V,
 )
-from ....simulation.basis.laws import PLACE
 from ....simulation.exact.passing import pass_time, set_clock, time_until
 from ....simulation.stepping.contact import hold, note, slide, touched
 from ....simulation.stepping.crossing import (

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....oscillators.laws import RIGID
 from ....simulation.basis.columns import Columns
 from ....simulation.basis.events import DONE, MODE, STROBE, STROBE_IMPACTS, Q, V
-from ....simulation.basis.laws import RIGID
 from ....simulation.batches.moving import Moving
 from ....simulation.exact.exact import room
 from ....simulation.exact.modes import Stack, stacks, subset

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,9 +31,7 @@ def follow_one(
     )  # fmt: skip
 
 
-@cache
-def _follow() -> Each:
-    return Each(follow_one)
+_follow = Each(follow_one)
 
 
 def follow(
@@ -49,7 +46,7 @@ def follow(
     on = (found[:, STATUS_OF] == DONE) & (found[:, CLOSED] == 0) & (found[:, CAUGHT] == 0)
     going = np.flatnonzero(on)
     order = going[by_work(counts[going, LEG_COUNT])]
-    _follow()(
+    _follow(
         order, many, (which,), rooms(many, len(order)), clocks, states, counts, strobes, upto, rule,
         known, found,
     )  # fmt: skip

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
 from ...._compiling.compiled import kernel
@@ -26,9 +24,7 @@ def carry_machine(
     )  # fmt: skip
 
 
-@cache
-def _carry() -> Each:
-    return Each(carry_machine)
+_carry = Each(carry_machine)
 
 
 def carry(
@@ -40,7 +36,7 @@ def carry(
     begins = np.concatenate([[0], ends[:-1]])
     which = np.flatnonzero(going)
     read = rows, begins, ends, clocks, instants
-    _carry()(
+    _carry(
         which[by_work((ends - begins)[which])], stack.problem, read, taken, place, columns, totals,
         collapses, orthonormal,
     )  # fmt: skip
