@@ -62,7 +62,7 @@ class DensityShape(Shown):
 
     @property
     def name(self) -> str:
-        """The class: "peak", "crater" or "N ridges", and "... with peak" for a maximum at the bottom.
+        """The class: "peak", "crater" or "N ridges", with "with peak" for one at the bottom.
 
         "peak" has a single maximum at the bottom; "crater" a minimum there and a ridge around it;
         "crater with peak" a peak at the bottom and a ridge, with a minimum between them.
