@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
-import numpy as np
-
 from .._arguments import choice
 from ..errors import InvalidInput
 from . import laws
@@ -61,6 +59,8 @@ class ContactLaw(ABC):
         _, stiffness, loss, exponent, _ = self.row()
         if self.linear:
             return laws.spring_push(stiffness, loss, depth, inward)
+        import numpy as np
+
         depth = np.maximum(depth, 0.0)
         return laws.hertz_push(stiffness, exponent, loss, depth, np.sqrt(depth), inward)
 
