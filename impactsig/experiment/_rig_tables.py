@@ -37,10 +37,6 @@ def _any(name: str, value: Any) -> Any:
     return value
 
 
-def _finite(name: str, value: Any) -> float:
-    return number(name, value)
-
-
 def _positive(name: str, value: Any) -> float:
     return number(name, value, above=0)
 
@@ -92,7 +88,7 @@ CHANNEL = {
     "use": Key(_one_of(*USES), '"impacts", "forcing" (rises once a period) or "tacho"'),
     "sensor": Key(_one_of("force", "sound"), '"force" or "sound"'),
     "scale": Key(_scale, "multiply samples by this"),
-    "offset": Key(_finite, "then add this"),
+    "offset": Key(number, "then add this"),
     "unit": Key(text, "unit of the result"),
     "stop": Key(_whole(0), "the stop that it is at, where each stop has a channel"),
     "pulses": Key(_whole(1), "pulses of a tacho in a forcing period"),
@@ -111,8 +107,8 @@ FORCING = {
     "frequency": Key(_any, '"parameter", or a frequency [Hz] of all runs'),
 }
 READING = {
-    "start": Key(_finite, "begin here [s]"),
-    "stop": Key(_finite, "end before here [s]"),
+    "start": Key(number, "begin here [s]"),
+    "stop": Key(number, "end before here [s]"),
     "rate": Key(_positive, "samples per second of a file that tells none [Hz]"),
     "resample": Key(_positive, "rate to which uneven samples are interpolated [Hz]"),
 }
@@ -137,7 +133,7 @@ SWEEP = {
     "from": Key(_one_of(*SWEEPS), 'the frequency comes from a "channel", a "law" or the "impacts"'),
     "start": Key(_begin, 'frequency at the beginning [Hz], or "parameter": that of each run'),
     "rate": Key(
-        _finite, "change of the frequency [Hz/s], negative downwards and on the branch down"
+        number, "change of the frequency [Hz/s], negative downwards and on the branch down"
     ),
     "window": Key(_whole(20), "impacts of which one period is identified"),
 }

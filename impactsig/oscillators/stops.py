@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
-
-import numpy as np
 
 from .._arguments import choice
 from ..errors import InvalidInput
@@ -15,18 +14,18 @@ from .equivalents import stop_damping
 from .parts import numbers
 
 
-class ContactLaw:
-    """A law of contact: everything that an engine or an analysis asks of one.
+class ContactLaw(ABC):
+    """What engines and analyses ask of a law of contact.
 
-    A law is a frozen dataclass of its parameters; its formulas stand in `laws`, since the kernels
-    compile them too. What is not written here differs from law to law.
+    A law is a frozen dataclass of its parameters. Its formulas are in `laws`, since kernels compile
+    them.
     """
 
     rigid: ClassVar[bool] = False
-    """Whether it turns the velocity at once, so that a contact has no depth and no duration."""
+    """Whether it reverses the velocity at once, so that a contact has no depth and no duration."""
 
     linear: ClassVar[bool] = True
-    """Whether the mass moves by a linear equation in contact; the stepping engine moves others."""
+    """Whether the equation of motion is linear in contact; the stepping engine moves others."""
 
     @property
     def only_pushes(self) -> bool:
@@ -35,7 +34,7 @@ class ContactLaw:
 
     @property
     def by_approach(self) -> float | None:
-        """Loss per velocity times the approach velocity, where the loss goes by that."""
+        """Loss per velocity times the approach velocity, if the loss depends on that."""
         return None
 
     @property
@@ -43,21 +42,27 @@ class ContactLaw:
         """The user's function within the law, if it has one."""
         return None
 
+    @abstractmethod
     def row(self, spring: float = 1.0, damper: float = 1.0, speed: float = 1.0) -> laws.Row:
-        """Its numbers in the coding of `laws`, in other units.
+        """The parameters in the coding of `laws`, in other units.
 
         A stiffness is divided by `spring`, a damping of Kelvin and Voigt's by `damper`; the loss
         of Hunt and Crossley is multiplied by `speed`, a unit of velocity over that of the law.
         """
-        raise NotImplementedError
+
+    @abstractmethod
+    def in_units(self, time: float, length: float, mass: float) -> ContactLaw:
+        """The same law in other units, of which the present ones are `time`, `length`, `mass`."""
 
     def push(self, depth: Any, inward: Any) -> Any:
-        """Force of a soft stop in contact, whose loss does not go by the approach velocity."""
-        raise NotImplementedError
+        """Force of a soft stop in contact, with a loss that does not depend on the approach."""
+        _, stiffness, loss, exponent, _ = self.row()
+        if self.linear:
+            return laws.spring_push(stiffness, loss, depth, inward)
+        import numpy as np
 
-    def in_units(self, time: float, length: float, mass: float) -> ContactLaw:
-        """The same law in other units, of which the present ones are that many."""
-        raise NotImplementedError
+        depth = np.maximum(depth, 0.0)
+        return laws.hertz_push(stiffness, exponent, loss, depth, np.sqrt(depth), inward)
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ class Rigid(ContactLaw):
         return self.restitution if callable(self.restitution) else None
 
     def row(self, spring: float = 1.0, damper: float = 1.0, speed: float = 1.0) -> laws.Row:
-        """Its numbers in the coding of `laws`."""
+        """The parameters in the coding of `laws`."""
         r = laws.BY_FUNCTION if callable(self.restitution) else self.restitution
         return laws.Row(laws.RIGID, 0.0, 0.0, 1.0, r)
 
@@ -177,16 +182,12 @@ class KelvinVoigt(ContactLaw):
         return self.ends == "force"
 
     def row(self, spring: float = 1.0, damper: float = 1.0, speed: float = 1.0) -> laws.Row:
-        """Its numbers in the coding of `laws`."""
+        """The parameters in the coding of `laws`."""
         code = laws.PUSHER if self.only_pushes else laws.SPRING
         return laws.Row(code, self.stiffness / spring, self.damping / damper, 1.0, laws.NO_NUMBER)
 
-    def push(self, depth: Any, inward: Any) -> Any:
-        """Force in contact, of spring and damper."""
-        return laws.spring_push(self.stiffness, self.damping, depth, inward)
-
     def in_units(self, time: float, length: float, mass: float) -> KelvinVoigt:
-        """The same law in other units, of which the present ones are that many."""
+        """The same law in other units."""
         stiffness, damping = self.stiffness * mass / time**2, self.damping * mass / time
         return replace(self, stiffness=stiffness, damping=damping)
 
@@ -253,20 +254,13 @@ class Hertz(ContactLaw):
         return None if r is None else 0.75 * (1 - r * r)
 
     def row(self, spring: float = 1.0, damper: float = 1.0, speed: float = 1.0) -> laws.Row:
-        """Its numbers in the coding of `laws`."""
+        """The parameters in the coding of `laws`."""
         own = laws.NO_NUMBER if self.by_approach is None else self.by_approach
         stiffness, loss = self.stiffness / spring, self.damping * speed
         return laws.Row(laws.HERTZ, stiffness, loss, self.exponent, own)
 
-    def push(self, depth: Any, inward: Any) -> Any:
-        """Force in contact, with the loss that `damping` gives."""
-        depth = np.maximum(depth, 0.0)
-        return laws.hertz_push(
-            self.stiffness, self.exponent, self.damping, depth, np.sqrt(depth), inward
-        )
-
     def in_units(self, time: float, length: float, mass: float) -> Hertz:
-        """The same law in other units, of which the present ones are that many."""
+        """The same law in other units."""
         newton = mass * length / time**2
         stiffness = self.stiffness * newton / length**self.exponent
         return replace(self, stiffness=stiffness, damping=self.damping * time / length)
