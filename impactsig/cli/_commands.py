@@ -267,7 +267,7 @@ def warmup(chosen: argparse.Namespace) -> None:
 
 
 def completion(chosen: argparse.Namespace) -> None:
-    """Print a script by which a shell completes the words of this command."""
+    """Print a script for tab completion in a shell."""
     from ._parser import parser
 
     print(completion_script(parser(), chosen.shell))

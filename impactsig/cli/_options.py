@@ -43,7 +43,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and exit with code 2."""
-        self.exit(2, f"error: {message} (usage: {self.prog} --help)\n")
+        self.exit(2, f"error: {message} (see: {self.prog} --help)\n")
 
 
 def file_options() -> Parser:

@@ -171,7 +171,7 @@ def _range(text: str) -> tuple[str, list[float]]:
         values = []
     if not values or not all(map(isfinite, values)):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no range: NAME=from:to:step that leads there, or NAME=a,b,c, of numbers"
+            f"{text!r} is not a range: required NAME=from:to:step, or NAME=a,b,c, of numbers"
         )
     return name, values
 

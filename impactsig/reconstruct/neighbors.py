@@ -39,8 +39,9 @@ class FalseNeighbors(Shown):
     dimension : int or None
         Smallest dimension with a fraction of at most `tolerance`; None if there is none.
     dimensions : ndarray, shape (k,)
-        Dimensions m. share : ndarray, shape (k,) Fraction of the neighbours in m dimensions that
-        are false by either criterion.
+        Dimensions m.
+    share : ndarray, shape (k,)
+        Fraction of the neighbours in m dimensions that are false by either criterion.
     by_growth, by_size : ndarray, shape (k,)
         Fraction by the first and by the second criterion.
     foretold : ndarray, shape (k,)

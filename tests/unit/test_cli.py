@@ -136,7 +136,7 @@ def test_an_unknown_option_names_the_command_that_lacks_it(words, command, capsy
     assert run(*words) == 2
     unknown = " ".join(words[2:])
     told = capsys.readouterr().err
-    assert told == f"error: unrecognized arguments: {unknown} (usage: {command} --help)\n"
+    assert told == f"error: unrecognized arguments: {unknown} (see: {command} --help)\n"
 
 
 @pytest.mark.usefixtures("without_figures")

@@ -59,8 +59,9 @@ class LyapunovExponent(Shown):
         Fraction of the pairs that are still closer than exp(-1.5) times the median gap of any two
         values.
     region : tuple of int, or None
-        First and last k of the fitted line. intercept : float S(0) of the fitted line; nan if there
-        is none.
+        First and last k of the fitted line.
+    intercept : float
+        S(0) of the fitted line; nan if there is none.
     far : float
         Logarithm of the median gap of any two values, at which S(k) levels off; nan for a periodic
         series.

@@ -62,7 +62,7 @@ class DensityShape(Shown):
 
     @property
     def name(self) -> str:
-        """The class: "peak", "crater", "crater with peak", or the number of ridges, with or without it.
+        """The class: "peak", "crater", "crater with peak", or the number of ridges.
 
         "peak" has a single maximum at the bottom; "crater" a minimum there and a ridge around it;
         "crater with peak" a peak at the bottom and a ridge, with a minimum between them.
