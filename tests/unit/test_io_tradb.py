@@ -112,7 +112,7 @@ def test_hits_are_not_samples(shared_data):
         ("UPDATE tr_data SET DataFormat = 7", "packed in a way 7"),
         ("DELETE FROM tr_data", "contains no record"),
         ("UPDATE tr_globalinfo SET Value = 0 WHERE Key = 'TimeBase'", "time base is 0 ticks"),
-        ("ALTER TABLE tr_data RENAME TO other", "no waveforms of Vallen's"),
+        ("ALTER TABLE tr_data RENAME TO other", "no Vallen waveforms"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path, command, told):

@@ -244,7 +244,7 @@ def test_cut_short_is_told(write, kind):
         (packed(X.tobytes(), form=1, count=50), "an old computer"),
         (packed(X.tobytes(), count=999_999_999), "announces 999999999 values"),
         (packed(X.tobytes(), size=-200, count=50), "58b with the header"),
-        (b"    -1\n 12345\n    -1\n", "holds no function"),
+        (b"    -1\n 12345\n    -1\n", "has no function"),
     ],
 )
 def test_headers_that_lie(write, dataset, reason):
