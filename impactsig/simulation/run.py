@@ -128,7 +128,7 @@ def span(
     if name == "periods" and not forced:
         raise InvalidInput(
             "periods", periods, "a system with forcing",
-            "Without forcing, give duration= in seconds",
+            "Without forcing, give duration= (--duration) in seconds",
         )  # fmt: skip
     return (
         number(name, length, above=0, most=LONGEST),
