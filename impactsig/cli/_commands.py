@@ -144,7 +144,7 @@ def simulate(chosen: argparse.Namespace) -> None:
 
 
 def sweep(chosen: argparse.Namespace) -> None:
-    """Simulate a machine on a grid of its parameters; resumes where it was stopped."""
+    """Simulate a machine on a grid of its parameters; an interrupted study continues."""
     for line in swept(chosen):
         print(one_line(line))
 

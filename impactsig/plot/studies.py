@@ -67,7 +67,7 @@ def parameter_study(
     >>> ax = plot.parameter_study(study)
     """
     if not study.observables:
-        return explain(axes(ax), "nothing has been worked out yet")
+        return explain(axes(ax), "nothing has been computed yet")
     if observable is None:
         if len(study.observables) > 1:
             raise InvalidInput("observable", None, f"one of {', '.join(study.observables)}")
