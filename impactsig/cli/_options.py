@@ -149,10 +149,10 @@ def reading_options() -> Parser:
         "--channel",
         action="append",
         metavar="NAME",
-        help="channel, by name or number from 0. Several channels are sensors of one machine, whose "
-        "impacts are combined into one train; scale, offset, unit and sensor can then be given for "
-        "each, in the order of the channels. By default a report shows all channels and analyses "
-        "those that show impacts best, by their units, names and waveforms",
+        help="channel, by name or number from 0. Several channels are sensors of a machine, whose "
+        "impacts are combined into one train; scale, offset, unit and sensor can then be given "
+        "for each, in the order of the channels. By default a report shows all channels and "
+        "analyses those that show impacts best, by their units, names and waveforms",
     )
     group.add_argument("--start", type=number, metavar="S", help="start of the span [s]")
     group.add_argument("--stop", type=number, metavar="S", help="end of the span [s]")

@@ -47,7 +47,7 @@ def parameter_study(
     study : Study
         From `impactsig.sweep` or `impactsig.open_study`.
     observable : str, optional
-        Which one; may be left out if there is but one.
+        Name of the observable; optional if there is only one.
     at : mapping of str to float, optional
         Parameters that are held, each at the value on its axis next to this.
 

@@ -110,7 +110,7 @@ def autocorrelation_delay(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or shorter than 16 values.
+        If `x` is not a series of finite numbers, constant, or shorter than 16 values.
 
     See Also
     --------
@@ -178,7 +178,7 @@ def mutual_information_delay(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or shorter than 16 values.
+        If `x` is not a series of finite numbers, constant, or shorter than 16 values.
 
     See Also
     --------

@@ -197,8 +197,8 @@ def false_nearest_neighbors(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
-        default, as in `correlation_sum`.
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
+        as in `correlation_sum`.
     growth, size : float
         Thresholds of the two criteria.
     tolerance : float
@@ -211,7 +211,7 @@ def false_nearest_neighbors(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is not a series of finite numbers, constant, or too short.
 
     See Also
     --------
@@ -278,8 +278,8 @@ def averaged_false_neighbors(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
-        default, as in `correlation_sum`.
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
+        as in `correlation_sum`.
 
     Returns
     -------
@@ -288,7 +288,7 @@ def averaged_false_neighbors(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is not a series of finite numbers, constant, or too short.
 
     See Also
     --------

@@ -223,7 +223,7 @@ def lyapunov_exponent(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by default,
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
         as in `correlation_sum`.
     method : {"rosenstein", "kantz"}
         See above. The method of Kantz averages gaps before taking the logarithm, which smooths

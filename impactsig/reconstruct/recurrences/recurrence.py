@@ -166,8 +166,8 @@ def recurrence_plot(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, is too short for one vector, or gives more than
-        10 000 of them (100 MB); `recurrence_quantification` takes more.
+        If `x` is not a series of finite numbers, is too short for one vector, or gives more than 10
+        000 of them (100 MB); `recurrence_quantification` takes more.
 
     See Also
     --------
