@@ -31,38 +31,40 @@ from .coverage import (
 PAGE = Path(__file__).parent.parent / "docs" / "dimension_coverage.md"
 FIGURE = PAGE.with_suffix(".svg")
 
-TEXT = """# What the intervals of the correlation dimension hold
+TEXT = """# Coverage of the intervals of the correlation dimension
 
-Made by `python -m benchmarks.coverage_page` of what `python -m benchmarks.coverage` measured,
-series by series. *Held* is the share of the 95 % intervals that hold the truth, with its own 95 %
-bounds (Clopper and Pearson) by the number of series, ± their mean half-width.
-The truth of a slope is that of two million noise-free values (600 000 of Lorenz'), read at the same
-scales; only series whose scales those reach count for it. Until lately it was that of 200 000,
-which scatters by a fifth of a series of 10 000: of Hénon's map it was 0.003 too low, and slopes
-seemed to be held in 83 to 86 % (of 400 fresh series they are in 92 to 93 %). Where the truths of D2
-and D1 are from is said in `benchmarks/coverage.py` and `benchmarks/beam_dimensions.py`. *Answered*
-is the share of the series for which a dimension is given; noise has none. The error of an instant
-or of a value is given, not estimated.
+This page is made by `python -m benchmarks.coverage_page` from the results of `python -m
+benchmarks.coverage`. *Held* is the percentage of the 95 % intervals that contain the true value,
+with its own 95 % bounds (Clopper and Pearson), followed by the mean half-width ± of the intervals.
+The true value of a slope is that of two million noise-free values (600 000 for Lorenz), estimated
+at the same scales; only series whose scales are covered by these are counted. With only 200 000
+values it would scatter by a fifth as much as a series of 10 000: for the Hénon map it was 0.003 too
+low, and slopes seemed to be held in 83 to 86 % (they are in 92 to 93 % of 400 fresh series). The
+sources of the true values of D2 and D1 are given in `benchmarks/coverage.py` and
+`benchmarks/beam_dimensions.py`. *Answered* is the percentage of the series for which a dimension is
+given; noise has none. Errors of instants and values are given, not estimated.
 
-The constants of exponents, and how far short slopes go on, were chosen on stretches of the orbits
-at 20.1 and 20.3355 Hz that are also counted here: these rows show what was reached, not what to
-expect anew. No constant of a dimension was chosen by the further beams, and no rule of an exponent
-by the beams at 20.15 and 20.25 Hz and those of another restitution than 0.2. At 20.45 and 20.5 Hz,
-where the motion lingers near a cycle, D2 is not known to better than 0.02. All noise levels of a
-system use the same series: what is missed at one of them is missed at the others too.
+The constants for exponents, and the continuation of short slopes, were chosen on parts of the
+orbits at 20.1 and 20.3355 Hz that are also counted here, so that these rows do not show what to
+expect for new data. No constant for a dimension was chosen on the further beams, and no rule for an
+exponent on the beams at 20.15 and 20.25 Hz and those with restitution coefficients other than 0.2.
+At 20.45 and 20.5 Hz, where the motion stays near a cycle for long times, D2 is not known to better
+than 0.02. All noise levels of a system use the same series, so that their errors are not
+independent.
 
-The beams at 20.1 and 20.3355 Hz, Hénon's map and Lorenz' intervals have 200 series a case; the
-intervals of slopes held in 90 to 98 % of them, in one case with missed and spurious impacts in all.
+The beams at 20.1 and 20.3355 Hz, the Hénon map and the Lorenz intervals have 200 series per case;
+the intervals of slopes held in 90 to 98 % of them, and in all in one case with missed and spurious
+impacts.
 
-The *unseen* sets were named, with their parameters, before the first series of any was read; the
-*earlier* ones were named in that way too, but looked at since. What a slope misses the dimension by
-was judged meanwhile on 240 random baker's maps, solenoids, maps driven by expanding ones and maps
-of a line, of which D2 is known in closed form.
+The *unseen* sets were specified, with their parameters, before the first series of any was read;
+the *earlier* ones were specified in the same way, but have been examined since. The deviation of a
+slope from the dimension was meanwhile determined on 240 random baker's maps, solenoids, maps driven
+by expanding ones and maps of a line, whose D2 is known in closed form.
 
 ![Local slopes](dimension_coverage.svg)
 
-Local slopes D(H) over an octave, with the band of their 95 % intervals, of 2000 values; dashed, the
-D2 of the attractor.
+Local slopes D(H) over an octave, with the band of their 95 % intervals, for 2000 values; the dashed
+line is D2 of the attractor.
 
 {table}
 {pooled}

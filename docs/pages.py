@@ -65,7 +65,7 @@ def write_api() -> dict[str, str]:
         "API",
         "===",
         "",
-        "What functions return is of the classes in ``impactsig.results``.",
+        "Functions and classes by subject. Functions return classes of ``impactsig.results``.",
         "",
     ]
     for title, names in groups.items():

@@ -217,8 +217,8 @@ def _coarse(
         raise InvalidInput(
             "longest_delay",
             None if math.isinf(most) else most,
-            "a bound that leaves one delay, as the trains repeat themselves",
-            f"Delays of {rivals[0]:.6g} and {rivals[1]:.6g} s pair as many impacts",
+            "a bound that determines a single delay, since the trains are periodic",
+            f"Delays of {rivals[0]:.6g} and {rivals[1]:.6g} s match equally many impacts",
         )
     return best[1], best[2], best[3]
 

@@ -144,7 +144,7 @@ def simulate(chosen: argparse.Namespace) -> None:
 
 
 def sweep(chosen: argparse.Namespace) -> None:
-    """Simulate a machine on a grid of its parameters; resumes where it was stopped."""
+    """Simulate a machine on a grid of its parameters; an interrupted study continues."""
     for line in swept(chosen):
         print(one_line(line))
 
@@ -267,7 +267,7 @@ def warmup(chosen: argparse.Namespace) -> None:
 
 
 def completion(chosen: argparse.Namespace) -> None:
-    """Print a script by which a shell completes the words of this command."""
+    """Print a script for tab completion in a shell."""
     from ._parser import parser
 
     print(completion_script(parser(), chosen.shell))

@@ -1,4 +1,4 @@
-"""`impactsig completion SHELL`: a script by which a shell completes the words of the command."""
+"""`impactsig completion SHELL`: a script for tab completion in a shell."""
 
 from __future__ import annotations
 

@@ -21,13 +21,13 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
         "--dimension",
         type=_whole,
         metavar="M",
-        help="embedding dimension (default: the least above twice the slope, 3 at least)",
+        help="embedding dimension (default: the least above twice the slope, at least 3)",
     )
     group.add_argument(
         "--theiler",
         type=_whole,
         metavar="STEPS",
-        help="leave out pairs no further apart in time than this (default: two mean periods)",
+        help="exclude pairs no further apart in time than this (default: two mean periods)",
     )
     group.add_argument(
         "--timing-error",
@@ -36,16 +36,20 @@ def add_dimension_options(command: argparse.ArgumentParser) -> None:
         help="standard error of the instants in seconds (default: that of the file, or estimated)",
     )
     group.add_argument(
-        "--missed", type=float, default=0.0, metavar="SHARE", help="share of impacts missed (0)"
+        "--missed",
+        type=float,
+        default=0.0,
+        metavar="SHARE",
+        help="fraction of impacts missed (default: 0)",
     )
     group.add_argument(
-        "--spurious", type=float, metavar="SHARE", help="share of impacts that were none"
+        "--spurious", type=float, metavar="SHARE", help="fraction of spurious impacts"
     )
     group.add_argument(
         "--contraction",
         type=float,
         metavar="C",
-        help="by how many e-folds areas shrink from impact to impact: adds D1 by Kaplan and Yorke",
+        help="contraction of areas from impact to impact, in e-folds: adds D1 by Kaplan and Yorke",
     )
     group.add_argument("--seed", type=_whole, default=0, metavar="N", help="of the surrogates (0)")
     group.add_argument(

@@ -43,32 +43,31 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the message and exit with code 2."""
-        self.exit(2, f"error: {message} (usage: {self.prog} --help)\n")
+        self.exit(2, f"error: {message} (see: {self.prog} --help)\n")
 
 
 def file_options() -> Parser:
     """Options for files that lack a rate or a header."""
     options = Parser(add_help=False)
-    group = options.add_argument_group("what the file does not say")
+    group = options.add_argument_group("missing metadata")
     group.add_argument(
         "--rate",
         type=number,
         metavar="HZ",
-        help="samples per second; taken instead of the rate in the file, with a warning where "
-        "they differ",
+        help="samples per second; replaces the rate in the file, with a warning if they differ",
     )
     group.add_argument(
         "--raw",
         metavar="TYPE",
-        help="take the file for numbers without a header, each an int16, uint8, float32, ...",
+        help="file without a header: type of its numbers, int16, uint8, float32, ...",
     )
     group.add_argument(
-        "--raw-channels", type=int, metavar="N", help="channels side by side (default: 1)"
+        "--raw-channels", type=int, metavar="N", help="number of interleaved channels (default: 1)"
     )
     group.add_argument(
         "--raw-byte-order",
         choices=("little", "big"),
-        help="which byte of a number comes first (default: little)",
+        help="byte order of a number (default: little)",
     )
     group.add_argument(
         "--raw-skip", type=int, metavar="BYTES", help="bytes before the first number (default: 0)"
@@ -150,24 +149,26 @@ def reading_options() -> Parser:
         "--channel",
         action="append",
         metavar="NAME",
-        help="channel, by name or number from 0. Given again, these are sensors of one machine, "
-        "whose impacts make one train; scale, offset, unit and sensor can then be given for each, "
-        "in the order of the channels. By default a report shows all channels and searches "
-        "those that show impacts best by their units, names and looks",
+        help="channel, by name or number from 0. Several channels are sensors of a machine, whose "
+        "impacts are combined into one train; scale, offset, unit and sensor can then be given "
+        "for each, in the order of the channels. By default a report shows all channels and "
+        "analyses those that show impacts best, by their units, names and waveforms",
     )
-    group.add_argument("--start", type=number, metavar="S", help="begin here [s]")
-    group.add_argument("--stop", type=number, metavar="S", help="end before here [s]")
+    group.add_argument("--start", type=number, metavar="S", help="start of the span [s]")
+    group.add_argument("--stop", type=number, metavar="S", help="end of the span [s]")
     each: dict[str, Any] = {"action": "append"}
-    group.add_argument("--scale", type=number, metavar="X", help="multiply samples by this", **each)
-    group.add_argument("--offset", type=number, metavar="X", help="then add this", **each)
+    group.add_argument("--scale", type=number, metavar="X", help="factor for the samples", **each)
+    group.add_argument(
+        "--offset", type=number, metavar="X", help="offset added after the factor", **each
+    )
     group.add_argument("--unit", help="unit of the result", **each)
     group.add_argument(
         "--resample",
         type=number,
         metavar="HZ",
-        help="interpolate samples taken at uneven times, as by a phone, to this rate",
+        help="interpolate unevenly spaced samples, as from a phone, to this rate [Hz]",
     )
-    group.add_argument("--sensor", choices=("force", "sound"), help="what recorded it", **each)
+    group.add_argument("--sensor", choices=("force", "sound"), help="kind of sensor", **each)
     return options
 
 
@@ -179,61 +180,64 @@ def detecting_options() -> Parser:
         "--stops",
         type=stops,
         metavar="N[,N...]",
-        help='which stop each --channel belongs to, such as 0,1; "none" for one that hears all',
+        help='stop of each --channel, such as 0,1; "none" for a channel that records all',
     )
     group.add_argument(
         "--separate-stops",
         action="store_const",
         const=True,
-        help="tell the impacts of two stops apart by what they sound like in one microphone",
+        help="distinguish two stops by their sound in one microphone",
     )
     group.add_argument(
         "--threshold",
         type=threshold,
         metavar="LEVEL",
-        help="of a force record: in its unit, or in noise levels such as "
-        '"6sigma" (default: chosen)',
+        help="threshold of a force record, in its unit or in noise levels such as "
+        '"6sigma" (default: automatic)',
     )
     group.add_argument(
         "--least-probability",
         type=number,
         metavar="P",
-        help="leave out what is less likely an impact, 0 to 1 (default: 0.5); "
-        "a lower one finds more",
+        help="omit impacts with a lower probability, 0 to 1 (default: 0.5); a lower value finds "
+        "more",
     )
     group.add_argument(
         "--polarity",
         choices=("auto", "positive", "negative", "both"),
-        help="direction of the pulses of a force record (default: that of the strongest); both: "
-        "of one sensor between two stops",
+        help="sign of the pulses of a force record (default: that of the strongest); both: one "
+        "sensor between two stops",
     )
     group.add_argument(
         "--contact-level",
         type=contact_level,
         metavar="LEVEL",
-        help='take contact times above this level, or a share of each peak such as "10%%", not '
-        "from first to last touch",
+        help='measure contact times at this level, or at a percentage of each peak such as "10%%" '
+        "(default: from first to last touch)",
     )
     group.add_argument(
         "--contact-time",
         type=number,
         nargs=2,
         metavar=("SHORTEST", "LONGEST"),
-        help="contacts of a force record last this long [s] (default: 0 0.03)",
+        help="shortest and longest contact of a force record [s] (default: 0 0.03)",
     )
     group.add_argument(
         "--merge-within",
         type=number,
         metavar="S",
-        help="make one of impacts this close to the first of them [s]",
+        help="merge impacts within this time of the first [s]",
     )
     group.add_argument(
-        "--dead-time", type=number, metavar="S", help="ignore impacts this soon after another [s]"
+        "--dead-time",
+        type=number,
+        metavar="S",
+        help="ignore impacts within this time after another [s]",
     )
     group.add_argument(
         "--gaps",
         choices=("refuse", "split"),
-        help="missing samples: refuse the file (default) or split the run there",
+        help="missing samples: raise an error (default) or split the run",
     )
     return options
 

@@ -97,17 +97,17 @@ def _add_experiment(command: argparse.ArgumentParser) -> None:
         "--no-reports",
         dest="reports",
         action="store_false",
-        help="leave out the report of each recording",
+        help="do not write a report of each recording",
     )
 
 
 _FORCING = {
-    "report": "frequency of the forcing; without it periods count the motion's own period",
-    "compare": "frequency of the forcing, by which the period of each is identified",
+    "report": "frequency of the forcing; without it periods are counted in repeats of the motion",
+    "compare": "frequency of the forcing, for identifying the period of each",
 }
-_DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the intervals (seconds)"
-_PROCESSES = "processes (default: as many as cores)"
-_WORKERS = "processes, where there are several files (default: as many as cores)"
+_DYNAMICS = "add dimension, Lyapunov exponent and surrogate test of the intervals (takes seconds)"
+_PROCESSES = "processes (default: number of cores)"
+_WORKERS = "processes for several files (default: number of cores)"
 _SHELL = "the shell that the script is for"
 _EITHER = (
     "a recording, or a .csv or .parquet table of impacts as detect writes them; - is standard input"

@@ -104,15 +104,17 @@ def _count(number: int, what: str) -> str:
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the run")
     group.add_argument(
-        "--periods", type=number, metavar="N", help=f"forcing periods to look at ({PERIODS})"
+        "--periods", type=number, metavar="N", help=f"number of forcing periods ({PERIODS})"
     )
-    group.add_argument("--duration", type=number, metavar="S", help="seconds, in place of periods")
+    group.add_argument(
+        "--duration", type=number, metavar="S", help="duration [s], instead of periods"
+    )
     group.add_argument(
         "--transient",
         type=number,
         default=0.0,
         metavar="N",
-        help="forcing periods to let it run before; seconds with --duration (0)",
+        help="transient in forcing periods, or seconds with --duration (0)",
     )
     group.add_argument(
         "--initial",
@@ -139,7 +141,7 @@ def _add_own_options(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=0,
         metavar="N",
-        help="what the noise of a scene that has any is drawn from (0)",
+        help="seed of the noise, for scenes with noise (0)",
     )
     group = parser.add_argument_group("output")
     group.add_argument(

@@ -54,12 +54,12 @@ def _add_sweep_options(parser: argparse.ArgumentParser) -> None:
         help="directory to keep the study in; if it is there already, go on with it",
     )  # fmt: skip
     group.add_argument(
-        "--workers", type=_count, metavar="N", help="processes (default: as many as cores)"
+        "--workers", type=_count, metavar="N", help="processes (default: number of cores)"
     )
     group.add_argument(
         "--cluster", metavar="ADDRESS", help="address of a dask scheduler, to work there instead"
     )
-    group.add_argument("--tile", type=_count, metavar="N", help="cells worked out at a time")
+    group.add_argument("--tile", type=_count, metavar="N", help="number of cells per tile")
 
 
 def swept(chosen: argparse.Namespace) -> Iterator[str]:
@@ -110,15 +110,13 @@ def in_words(study: Study) -> str:
 
 def add_plot_options(command: argparse.ArgumentParser) -> None:
     """Add the options of `impactsig plot`."""
-    command.add_argument(
-        "directory", type=Path, metavar="DIR", help="what sweep was given as --out"
-    )
+    command.add_argument("directory", type=Path, metavar="DIR", help="the --out directory of sweep")
     command.add_argument(
         "--observe", nargs="+", metavar="NAME", help="what to draw (default: everything)"
     )
     command.add_argument(
         "--at", type=_value, action="append", default=[], metavar="NAME=VALUE",
-        help="hold a parameter at the value next to this",
+        help="fix a parameter at the value nearest to this",
     )  # fmt: skip
     command.add_argument(
         "-o", "--output", type=Path, metavar="OUT",
@@ -171,7 +169,7 @@ def _range(text: str) -> tuple[str, list[float]]:
         values = []
     if not values or not all(map(isfinite, values)):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no range: NAME=from:to:step that leads there, or NAME=a,b,c, of numbers"
+            f"{text!r} is not a range: required NAME=from:to:step, or NAME=a,b,c, of numbers"
         )
     return name, values
 

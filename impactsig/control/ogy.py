@@ -90,7 +90,7 @@ class OGY:
         if isinstance(orbit, FlowOrbit):
             raise InvalidInput(
                 "orbit", orbit, "an orbit of an Oscillator, whose state is seen once in a period",
-                "IntervalFeedback.fastest holds orbits of flows by their crossings of a level",
+                "Use IntervalFeedback.fastest for flows, by crossings of a level",
             )  # fmt: skip
         instance("orbit", orbit, PeriodicOrbit, "a PeriodicOrbit, as find_periodic_orbit finds")
         instance("orbit", orbit.system, Oscillator, "an orbit of an Oscillator")
@@ -175,7 +175,7 @@ class OGY:
             moved = rows[k + 1] @ shifts[k]
             if not abs(moved) > 1e-9 * np.hypot(*shifts[k]):
                 raise InvalidInput(
-                    "parameter", self.parameter, "one that moves the unstable direction",
+                    "parameter", self.parameter, "one that affects the unstable direction",
                     "Take another, or an orbit found at another phase=",
                 )  # fmt: skip
             gains[k] = rows[k + 1] @ slopes[k] / moved

@@ -74,7 +74,7 @@ def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
             "channel",
             None,
             f"one of {listed}",
-            "Impacts are looked for in one channel: give channel= (--channel), or several where "
+            "Impacts are detected in one channel: give channel= (--channel), or several where "
             "they are sensors of one machine",
         )
     return source

@@ -102,7 +102,7 @@ class Kept:
         return self.folder / key[:2] / f"{key}.run"
 
     def is_done(self, key: str) -> bool:
-        """Whether a run has been worked out."""
+        """Whether a run has been analysed."""
         return self.place(key).is_file()
 
     def write(self, key: str, run: Run) -> None:

@@ -91,7 +91,7 @@ def _rows(path: Path, usual: str) -> dict[str, Place]:
             raise UnreadableFile(path, "lacks a column file or value", "Name both in its first row")
         value = _number(line["value"])
         if value is None:
-            raise UnreadableFile(path, f"line {number}: {line['value']!r} is no number")
+            raise UnreadableFile(path, f"line {number}: {line['value']!r} is not a number")
         rows[line["file"]] = Place.of(value, line.get("branch") or usual)
     return rows
 

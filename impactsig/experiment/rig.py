@@ -142,7 +142,7 @@ class Rig:
         if self.parameter.get("from") not in BRANCHES:
             raise InvalidInput(
                 key, value, 'a parameter from the "file name" or a "table"',
-                "A channel of the forcing tells its frequency by itself",
+                "A channel of the forcing determines its frequency",
             )  # fmt: skip
 
     # -- from files ------------------------------------------------------------------------

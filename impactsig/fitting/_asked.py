@@ -107,7 +107,7 @@ def strengths_of(impacts: Impacts, used: str) -> np.ndarray:
     if not np.ptp(strength) > ALIKE * np.abs(strength).mean() or strength.mean() <= 0:
         raise InvalidInput(
             "strengths", f"{used} of {strength.mean():.3g} on average, all alike",
-            "positive ones that differ", "strengths=None goes by the instants alone",
+            "positive ones that differ", "strengths=None uses the instants alone",
         )  # fmt: skip
     return strength
 
@@ -161,6 +161,6 @@ def refuse_periodic(impacts: Impacts, frequency: float) -> None:
         raise InvalidInput(
             "impacts",
             period.describe(),
-            "impacts that do not recur",
-            "Intervals that recur are too few numbers; measure where the motion is chaotic",
+            "impacts that are not periodic",
+            "Recurring intervals determine too little; measure where the motion is chaotic",
         )

@@ -225,7 +225,7 @@ def identify_resonance(
     if not fit.evidence > EVIDENCE:
         raise InvalidInput(
             "recording", repr(recording), f"a resonance from {low:.4g} to {high:.4g} Hz",
-            "None stands out of the noise there; give band=, or a longer record",
+            "No resonance exceeds the noise; give band=, or a longer record",
         )  # fmt: skip
     natural = math.hypot(fit.alpha, fit.omega)
     ratio = fit.alpha / natural

@@ -217,7 +217,7 @@ def source_of(
     if not signals:
         raise UnreadableFile(
             path,
-            "; ".join(notes[:3]) or "holds no array of samples",
+            "; ".join(notes[:3]) or "contains no array of samples",
             "Save arrays of shape (n,) or (n, channels) of numbers",
         )
 

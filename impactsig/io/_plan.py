@@ -79,7 +79,7 @@ def prepare(
                 f"rate={rate:g} Hz is taken instead"
             )
         if chosen.length == 0:
-            raise UnreadableFile(path, f"channel {chosen.name!r} holds no samples")
+            raise UnreadableFile(path, f"channel {chosen.name!r} contains no samples")
         if chosen.rate is None:
             remedy = f"{chosen.no_rate or 'The file does not tell it'}; give rate= (--rate)"
             if source.times is not None:
@@ -113,7 +113,7 @@ def recording(source: Source, plan: Plan, first: int, last: int, name: str) -> R
     truncated = bool(source.truncated)
     if len(samples) < last - first:
         if not len(samples) and first == plan.first:
-            raise UnreadableFile(name, f"holds none of its {last} samples", "The file is cut short")
+            raise UnreadableFile(name, f"has none of its {last} samples", "The file is cut short")
         truncated = True
         warnings.warn(
             f"{name}: cut short after {first + len(samples)} of {last} samples",

@@ -81,7 +81,7 @@ def open_source(path: Path, raw: RawLayout) -> Source:
     if rows < 1:
         raise UnreadableFile(
             path,
-            f"holds no row of {raw.channels} x {dtype} in the {max(0, size)} bytes after byte "
+            f"contains no row of {raw.channels} x {dtype} in the {max(0, size)} bytes after byte "
             f"{raw.skip}",
             "Check dtype, channels and skip",
         )

@@ -34,7 +34,7 @@ def samples_of(path: Path, head: bytes) -> Path:
     if found is None:
         raise UnreadableFile(
             path,
-            "holds the settings of an oscilloscope and no samples",
+            "contains the settings of an oscilloscope, but no samples",
             f"Put {path.stem}.Wfm.csv, which the oscilloscope wrote with it, into the same folder",
         )
     return found

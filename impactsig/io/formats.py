@@ -178,7 +178,7 @@ def _recognised(path: Path, head: bytes) -> Format:
     if named is not None and named.module.startswith("text.") and is_plain(head):
         raise UnreadableFile(
             path,
-            f"holds no numbers ({begins})",
+            f"contains no numbers ({begins})",
             "Expected columns of numbers, with or without headings above them",
         )
     if named is not None:

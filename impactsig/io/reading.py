@@ -172,7 +172,7 @@ def read(
     Raises
     ------
     UnreadableFile
-        If the file is missing, empty, corrupt, of no known format, or holds no samples.
+        If the file is missing, empty, corrupt, of no known format, or contains no samples.
     InvalidInput
         If there is no such channel, no rate is known, or the span holds no sample.
     MissingExtra

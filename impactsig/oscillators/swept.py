@@ -87,7 +87,7 @@ class Swept:
         Raises
         ------
         InvalidInput
-            If a time is no finite number.
+            If a time is not finite.
         """
         return self._at(time, lambda t, s: self._first + self.frequency_rate * s)
 
@@ -97,7 +97,7 @@ class Swept:
         Raises
         ------
         InvalidInput
-            If a time is no finite number.
+            If a time is not finite.
         """
         return self._at(
             time, lambda t, s: math.tau * (self._first * t + self.frequency_rate * s * s / 2)

@@ -47,7 +47,7 @@ def parameter_study(
     study : Study
         From `impactsig.sweep` or `impactsig.open_study`.
     observable : str, optional
-        Which one; may be left out if there is but one.
+        Name of the observable; optional if there is only one.
     at : mapping of str to float, optional
         Parameters that are held, each at the value on its axis next to this.
 
@@ -67,7 +67,7 @@ def parameter_study(
     >>> ax = plot.parameter_study(study)
     """
     if not study.observables:
-        return explain(axes(ax), "nothing has been worked out yet")
+        return explain(axes(ax), "nothing has been computed yet")
     if observable is None:
         if len(study.observables) > 1:
             raise InvalidInput("observable", None, f"one of {', '.join(study.observables)}")

@@ -31,7 +31,7 @@ def lyap_r(
 ) -> float:  # fmt: skip
     """Largest Lyapunov exponent by nolds' `lyap_r` [Rosenstein1993]_, over all of the steps.
 
-    nolds keeps all distances: 8 n^2 bytes. No scaling region is looked for.
+    nolds keeps all distances: 8 n^2 bytes. No scaling region is determined.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def lyap_r(
     dimension, delay : int
         Of the embedding (nolds: emb_dim, lag).
     theiler : int, optional
-        Vectors no farther apart in time are no neighbours (nolds: min_tsep); two mean periods by
-        default, as in `correlation_sum`.
+        Vectors that are not further apart in time are not neighbours (nolds: min_tsep); two mean
+        periods by default, as in `correlation_sum`.
     steps : int
         Points that neighbours are followed for (nolds: trajectory_len), 2 or more.
     step : float
@@ -54,7 +54,7 @@ def lyap_r(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, periodic, or too short.
+        If `x` is not a series of finite numbers, constant, periodic, or too short.
 
     Warns
     -----
@@ -88,7 +88,7 @@ def lyap_e(
         Of the Jacobians, and so the number of exponents (nolds: matrix_dim), 2 or more;
         `matrix_dimension` - 1 must divide `dimension` - 1.
     theiler : int
-        Vectors no farther apart in time are no neighbours (nolds: min_tsep).
+        Vectors that are not further apart in time are not neighbours (nolds: min_tsep).
     neighbors : int, optional
         Fewest neighbours (nolds: min_nb); the lesser of 2 and 4 more than `matrix_dimension` by
         default, as nolds has it.
@@ -102,8 +102,8 @@ def lyap_e(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, periodic, or too short, or the dimensions
-        do not fit.
+        If `x` is not a series of finite numbers, constant, periodic, or too short, or the
+        dimensions do not fit.
 
     Warns
     -----
@@ -151,7 +151,7 @@ def sampen(x: Any, *, dimension: int = 2, delay: int = 1, tolerance: float | Non
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant or too short, or no vectors are alike.
+        If `x` is not a series of finite numbers, constant or too short, or no vectors are alike.
     """
     dimension, delay = whole("dimension", dimension, 1), whole("delay", delay, 1)
     if tolerance is not None:
@@ -176,7 +176,7 @@ def hurst_rs(x: Any) -> float:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, periodic, or too short.
+        If `x` is not a series of finite numbers, constant, periodic, or too short.
     """
     return _answer("hurst_rs", _aperiodic(x, least=100), fit=FIT)
 
@@ -198,7 +198,7 @@ def dfa(x: Any, *, order: int = 1) -> float:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, periodic, or too short.
+        If `x` is not a series of finite numbers, constant, periodic, or too short.
     """
     order = whole("order", order, 1)
     return _answer("dfa", _aperiodic(x, least=100), order=order, fit_exp=FIT)

@@ -116,7 +116,7 @@ def embedding_delay(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or shorter than 16 values.
+        If `x` is not a series of finite numbers, constant, or shorter than 16 values.
 
     See Also
     --------

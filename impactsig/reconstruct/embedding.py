@@ -37,7 +37,7 @@ def delay_embed(x: Any, dimension: int, delay: int = 1) -> np.ndarray:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, or too short for one vector.
+        If `x` is not a series of finite numbers, or too short for one vector.
 
     See Also
     --------

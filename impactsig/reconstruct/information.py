@@ -39,8 +39,8 @@ def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
     Raises
     ------
     InvalidInput
-        If `x` or `y` is no series of finite numbers, is constant, or they differ in length or are
-        not longer than `neighbors`.
+        If `x` or `y` is not a series of finite numbers, is constant, or they differ in length or
+        are not longer than `neighbors`.
 
     See Also
     --------

@@ -39,8 +39,9 @@ class FalseNeighbors(Shown):
     dimension : int or None
         Smallest dimension with a fraction of at most `tolerance`; None if there is none.
     dimensions : ndarray, shape (k,)
-        Dimensions m. share : ndarray, shape (k,) Fraction of the neighbours in m dimensions that
-        are false by either criterion.
+        Dimensions m.
+    share : ndarray, shape (k,)
+        Fraction of the neighbours in m dimensions that are false by either criterion.
     by_growth, by_size : ndarray, shape (k,)
         Fraction by the first and by the second criterion.
     foretold : ndarray, shape (k,)
@@ -196,8 +197,8 @@ def false_nearest_neighbors(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
-        default, as in `correlation_sum`.
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
+        as in `correlation_sum`.
     growth, size : float
         Thresholds of the two criteria.
     tolerance : float
@@ -210,7 +211,7 @@ def false_nearest_neighbors(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is not a series of finite numbers, constant, or too short.
 
     See Also
     --------
@@ -277,8 +278,8 @@ def averaged_false_neighbors(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by
-        default, as in `correlation_sum`.
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
+        as in `correlation_sum`.
 
     Returns
     -------
@@ -287,7 +288,7 @@ def averaged_false_neighbors(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, constant, or too short.
+        If `x` is not a series of finite numbers, constant, or too short.
 
     See Also
     --------

@@ -101,7 +101,7 @@ def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers or too short for one vector.
+        If `x` is not a series of finite numbers or too short for one vector.
 
     See Also
     --------

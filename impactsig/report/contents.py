@@ -83,15 +83,15 @@ def samples_held(analysis: Analysis, held: int) -> list[str]:
     }
     if not steps:
         return ["Every sample is drawn."]
-    texts = [f"Drawn by the least and the greatest sample of each {max(steps):.3g} ms"]
+    texts = [f"Drawn by the minimum and maximum of each {max(steps):.3g} ms"]
     count = len(analysis.impacts)
     if not held:
-        return [f"{texts[0]}: no spike is lost, but the shape of a pulse is not seen."]
+        return [f"{texts[0]}: every spike is visible, but not the shape of a pulse."]
     around = f"all {count} impacts" if held == count else f"{held} of {count} impacts"
-    texts = [f"{texts[0]}, and around {around} by every sample."]
+    texts = [f"{texts[0]}, and by every sample around {around}."]
     if held < count:
         texts.append(
-            "Those impacts were taken first that are flagged or doubtful, or lie far from the "
+            "Impacts that are flagged or doubtful were selected first, then those far from the "
             "median in peak, contact time or interval."
         )
     return texts

@@ -151,7 +151,7 @@ def _summary(experiment: Experiment) -> str:
     """Summary of the experiment in a sentence or two."""
     points = experiment.points()
     if not points:
-        return "No recording could be worked out."
+        return "No recording could be analysed."
     periods = {one.motion for one in points if one.motion.startswith("period(")}
     shares = [
         (sum(one.motion == kind for one in points), word)

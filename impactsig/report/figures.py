@@ -123,7 +123,7 @@ def pictures(analysis: Analysis) -> Iterator[Picture]:
         yield Picture(
             draw(partial(_pulse, excerpt, impacts, index), 3.4, 2.9),
             f"Close-up of impact {index + 1} at {impacts.time[index]:.6f} s",
-            f"Impact {index + 1} from near, {_standing(analysis, index)}.",
+            f"Impact {index + 1} in detail, {_standing(analysis, index)}.",
             size="third",
         )
     if len(impacts) > 1:

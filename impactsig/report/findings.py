@@ -39,33 +39,33 @@ def care(analysis: Analysis) -> list[str]:
     repair, fitted = dynamics.repair, dynamics.asked and not dynamics.periodic
     if repair is not None and (repair.splits or repair.joins):
         flaws = [f"lack {counted(len(repair.splits), 'impact')}"] if repair.splits else []
-        flaws += [f"hold {counted(len(repair.joins), 'spurious one')}"] if repair.joins else []
+        flaws += [f"contain {counted(len(repair.joins), 'spurious one')}"] if repair.joins else []
         texts.append(
-            f"The train as found seems to {' and '.join(flaws)}, which impactsig.repair_intervals "
-            "would mend; here nothing was changed."
+            f"The detected train seems to {' and '.join(flaws)}, which impactsig.repair_intervals "
+            "would correct; nothing was changed here."
         )
         if fitted:
             texts.append(
-                "Impacts missed or spurious make intervals that the motion does not have: 2 % of "
-                "them raise the dimension and the exponent of a chaotic beam by about a tenth."
+                "Missed or spurious impacts cause wrong intervals: 2 % of "
+                "them increase the dimension and the exponent of a chaotic beam by about a tenth."
             )
     elif not fitted:
         pass
     elif repair is not None:
         texts.append(
             "No impact is clearly missed or spurious (impactsig.repair_intervals); in an aperiodic "
-            "train not every one can be recognised."
+            "train not all of them can be recognised."
         )
     elif analysis.forcing_period is None:
         texts.append(
-            "Whether impacts were missed or are spurious was not looked into: that takes the "
+            "Whether impacts were missed or are spurious was not examined: this requires the "
             "forcing frequency (--forcing-frequency)."
         )
     else:
         why = dynamics.without.get("repair", f"there are more than {REPAIRED} impacts")
-        texts.append(f"Whether impacts were missed or are spurious was not looked into: {why}.")
+        texts.append(f"Whether impacts were missed or are spurious was not examined: {why}.")
     if fitted and len(analysis.impacts.gaps):
-        texts.append("The run has gaps; what is compared here may reach across one.")
+        texts.append("The run has gaps, and successive intervals may be separated by one.")
     return [printable(text) for text in texts]
 
 
@@ -94,13 +94,13 @@ def _delay_plot(analysis: Analysis) -> Finding:
     elif dynamics.periodic and period.impacts is not None and period.jitter is not None:
         number, jitter = period.impacts, short_time(period.jitter)
         words = (
-            f"A motion that recurs after {counted(number, 'impact')} shows as "
-            f"{counted(number, 'point')}, spread by the {jitter} that impacts are early or late."
+            f"A motion that recurs after {counted(number, 'impact')} appears as "
+            f"{counted(number, 'point')}, spread by the jitter of {jitter}."
         )
     else:
         words = (
-            "A curve, or a cloud with structure, speaks of a motion that decides its next impact; "
-            "a cloud without structure of chance."
+            "A curve, or a structured cloud, indicates deterministic dynamics; "
+            "a cloud without structure indicates random intervals."
         )
     width = 4.4 if len(lags) == 1 else 3.7 * len(lags)
     before = "the one before it" if len(lags) == 1 else "the one, two and three before it"
@@ -121,11 +121,11 @@ def _return_maps(impacts: Impacts, lags: tuple[int, ...], figure: Figure) -> Non
 def _decided(found: ReturnMapDeterminism, count: int) -> str:
     chance = max(float(found.surrogates.max()), 0.0)
     words = (
-        f"An interval decides {100 * found.explained:.0f} % of the variance of the next one "
+        f"An interval explains {100 * found.explained:.0f} % of the variance of the next one "
         f"(in random order at most {100 * chance:.0f} %)"
     )
     if found.p_value > LEVEL:
-        words = "An interval decides no more of the next one than it would in random order"
+        words = "An interval explains no more of the variance of the next one than in random order"
     else:
         part = "" if found.explained > LARGELY else " in part"
         words += f": the next impact can{part} be predicted from the last interval"
@@ -148,20 +148,20 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
     """Whether the scatter about a period contains a motion."""
     found = analysis.dynamics.determinism
     if jitter * analysis.rates[0] < 1:
-        return "What is left is less than the time between two samples and tells nothing more."
+        return "The remaining scatter is less than the time between two samples."
     if found is None:
-        return "What is left is timing noise, or a small motion" + (
-            "." if analysis.dynamics.asked else "; impactsig report --dynamics looks into it."
+        return "The remaining scatter is timing noise, or a small motion" + (
+            "." if analysis.dynamics.asked else "; use impactsig report --dynamics to examine it."
         )
     if found.p_value > LEVEL or found.explained < SLIGHT:
         return (
-            "What is left is timing noise: how late an impact is hardly says when the next comes."
+            "The remaining scatter is timing noise: deviations of successive impacts are unrelated."
         )
     return (
         with_doubts(
-            "What is left is more than timing noise: how late an impact is decides "
-            f"{100 * found.explained:.0f} % of the variance of how late the next one is. A narrow "
-            "band of chaos, a slow modulation or a drift does that; impactsig dimension reads it",
+            "The remaining scatter is more than timing noise: the deviation of an impact explains "
+            f"{100 * found.explained:.0f} % of the variance of the next deviation. A narrow "
+            "band of chaos, a slow modulation or a drift can cause this; see impactsig dimension",
             found.warnings,
         )
         + "."
@@ -171,8 +171,8 @@ def _left_over(analysis: Analysis, jitter: float) -> str:
 def _left_out(dynamics: Dynamics) -> Finding:
     texts = [
         "Correlation dimension, Lyapunov exponent and the test against noise take seconds and were "
-        "not asked for: impactsig report --dynamics adds them (in Python, dynamics=True)."
+        "not requested: impactsig report --dynamics adds them (in Python, dynamics=True)."
     ]
     if dynamics.intervals < ROUGH_BELOW:
-        texts.append(f"They want some hundreds of intervals; there are {dynamics.intervals}.")
+        texts.append(f"They require some hundreds of intervals; there are {dynamics.intervals}.")
     return Finding("Left out", tuple(texts))

@@ -30,8 +30,8 @@ LIMIT = 3_000_000
 """Bytes of a page at most; samples around impacts fill what the rest leaves."""
 
 CONTROLS = (
-    ("previous", "Previous impact"), ("next", "Next impact"), ("nearer", "Nearer"),
-    ("farther", "Farther"), ("earlier", "Earlier"), ("later", "Later"), ("whole", "Whole"),
+    ("previous", "Previous impact"), ("next", "Next impact"), ("nearer", "Zoom in"),
+    ("farther", "Zoom out"), ("earlier", "Earlier"), ("later", "Later"), ("whole", "Show all"),
 )  # fmt: skip
 
 

@@ -149,7 +149,7 @@ class Motion(Moved):
         Raises
         ------
         InvalidInput
-            If the phase is no finite number, or only counts were kept.
+            If the phase is not a finite number, or only counts were kept.
         """
         phase = number("phase", phase, "a finite angle [rad]")
         phase = math.fmod(phase, TURN) % TURN

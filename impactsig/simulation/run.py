@@ -127,8 +127,8 @@ def span(
     name, length = one_of_them(periods=periods, duration=duration)
     if name == "periods" and not forced:
         raise InvalidInput(
-            "periods", periods, "a system with forcing to count by",
-            "There is no forcing: give duration= in seconds",
+            "periods", periods, "a system with forcing",
+            "Without forcing, give duration= (--duration) in seconds",
         )  # fmt: skip
     return (
         number(name, length, above=0, most=LONGEST),
@@ -154,7 +154,7 @@ def without_noise(oscillator: Oscillator, name: str = "oscillator") -> Oscillato
         raise InvalidInput(
             name, repr(oscillator.noise), "an oscillator without noise",
             "Under noise, simulate_ensemble() gives densities and simulate() a path; "
-            "replace(oscillator, noise=None) moves without it",
+            "replace(oscillator, noise=None) removes the noise",
         )  # fmt: skip
     return oscillator
 

@@ -55,7 +55,7 @@ class SweptMotion(Motion):
         Raises
         ------
         InvalidInput
-            If the phase is no finite number, or only counts were kept.
+            If the phase is not a finite number, or only counts were kept.
         """
         since = math.fmod(number("phase", phase, "a finite angle [rad]") - self._begin, math.tau)
         first, last = ((self.sweep.phase(at) - since) / math.tau for at in (self.start, self.stop))

@@ -81,7 +81,7 @@ def course(
     if oscillator.noise is None:
         raise InvalidInput(
             "oscillator", repr(oscillator), "an oscillator with noise",
-            "Give it noise=Noise(intensity); without noise, simulate() moves it",
+            "Give it noise=Noise(intensity), or use simulate() without noise",
         )  # fmt: skip
     check_method(oscillator, method)
     omega = oscillator.angular_forcing_frequency
@@ -107,7 +107,7 @@ def course(
     else:
         apart = number("every", every, above=0) / oscillator.time_unit
         if apart > length * (1 + 1e-9):
-            raise InvalidInput("every", every, "no longer than the time that is looked at")
+            raise InvalidInput("every", every, "no longer than the sampled span")
         _refuse_more_steps_than_count("every", every, before + length, apart)
         stride = math.ceil(apart / size * (1 - 1e-9))
         size = apart / stride

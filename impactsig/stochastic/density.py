@@ -26,7 +26,7 @@ class Density(Shown):
     low, high : numpy.ndarray, shape (n,)
         95 % confidence band of the density, cell by cell (Student's t).
     outside : float
-        Share of what was seen that lay beyond the edges.
+        Fraction of the samples beyond the edges.
     mean, sd : float
         Mean and standard deviation of all samples, in a cell or not.
     mean_error, sd_error : float
@@ -80,7 +80,7 @@ class JointDensity(Shown):
     standard_error : numpy.ndarray, shape (m, n)
         Of the density, from the scatter between the paths.
     outside : float
-        Share of what was seen that lay beyond the edges.
+        Fraction of the samples beyond the edges.
 
     See Also
     --------

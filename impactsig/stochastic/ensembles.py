@@ -52,8 +52,9 @@ class Ensemble(Shown):
         Lengths of the transient and of the sampled span of each path [s]: the requested ones, in
         multiples of `every`.
     every : float
-        Sampling interval [s]. energy, displacement, velocity : Density Marginal densities with
-        their moments.
+        Sampling interval [s].
+    energy, displacement, velocity : Density
+        Marginal densities with their moments.
     joint : JointDensity
         Density over displacement and velocity.
     effective_size : float

@@ -338,7 +338,7 @@ REFUSED = {
         replace(NOISY, law=lambda t, x, v: math.nan * x), "finite values",
     ),
     "a well with an edge": (
-        replace(NOISY, law=lambda t, x, v: x**3, noise=Noise(1.0)), "holds the motion",
+        replace(NOISY, law=lambda t, x, v: x**3, noise=Noise(1.0)), "contains the motion",
     ),
     "nothing that damps": (replace(NOISY, damping=0), "damping at great energies"),
     "more gain than loss": (

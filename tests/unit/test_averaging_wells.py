@@ -247,7 +247,7 @@ def test_two_wells_are_drawn():
 
 def test_two_wells_that_lose_the_mass_over_the_outer_edge():
     leaky = replace(TWO, law=lambda t, x, v: x - x**3 + 0.1 * x**5, noise=Noise(1.0))
-    with pytest.raises(InvalidInput, match="holds the motion"):
+    with pytest.raises(InvalidInput, match="contains the motion"):
         averaged_density(leaky)
     quiet = averaged_density(replace(leaky, noise=Noise(1e-3)))
     assert quiet.within.sum() == pytest.approx(1, abs=1e-6)

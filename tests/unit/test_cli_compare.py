@@ -151,4 +151,4 @@ def test_every_failure_is_one_line(words, told, table, tmp_path, monkeypatch, ca
 @pytest.mark.parametrize("words", [["compare"], ["compare", "a.csv"], ["compare", *"abc"]])
 def test_two_files_it_must_be(words, capsys):
     assert run(*words) == 2
-    assert "usage: impactsig" in capsys.readouterr().err
+    assert "see: impactsig" in capsys.readouterr().err

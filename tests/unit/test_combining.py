@@ -183,7 +183,7 @@ def test_refusals():
     with pytest.raises(InvalidInput, match="has none"):
         combine_impacts([train], stops=[0])
     clock = Impacts(0.05 * np.arange(200))
-    with pytest.raises(InvalidInput, match="repeat themselves"):
+    with pytest.raises(InvalidInput, match="trains are periodic"):
         combine_impacts([clock, clock], longest_delay=0.2)
 
 

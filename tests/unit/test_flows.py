@@ -339,7 +339,7 @@ def test_other_refusals():
         threshold_crossings(CIRCLE, 0.1, direction="sideways", count=1)
     with pytest.raises(InvalidInput, match="level"):
         threshold_crossings(CIRCLE, math.inf, count=1)
-    with pytest.raises(InvalidInput, match="none of its own"):
+    with pytest.raises(InvalidInput, match="the flow has none"):
         integrate_and_fire(CIRCLE, 1.0, count=1)
     for wrong in ("lorenz", None):
         with pytest.raises(InvalidInput, match=r"flow.*impactsig.flows"):

@@ -25,7 +25,7 @@ NO_RATE = {
 REFUSED = {
     "formats/faulty_tdms_01.tdms": "cannot be read as NI TDMS",
     "formats/sample_dataset58_psd.uff": "complex numbers",
-    "impact/vallen_ae/sample.pridb": "holds hits, not samples",
+    "impact/vallen_ae/sample.pridb": "contains hits, not samples",
 }
 ANNOTATIONS = re.compile(r"audio_onsets/.*(_class\.txt|\.onsets)")
 # Begin, end and number of each tap: a table of numbers, and its first column may pass for times.

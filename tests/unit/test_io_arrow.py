@@ -80,7 +80,7 @@ def test_without_a_rate(write):
 def test_columns_without_numbers(write):
     with pytest.raises(UnreadableFile, match="holds string"):
         io.read(write({"x": ["a", "b"]}), rate=1)
-    with pytest.raises(UnreadableFile, match="holds no array of samples"):
+    with pytest.raises(UnreadableFile, match="contains no array of samples"):
         io.read(write({"x": np.empty(0)}), rate=1)
 
 

@@ -177,7 +177,7 @@ def test_a_file_without_samples_is_an_error(tmp_path):
         file.setnchannels(1)
         file.setsampwidth(2)
         file.setframerate(8000)
-    with pytest.raises(UnreadableFile, match="holds no samples"):
+    with pytest.raises(UnreadableFile, match="contains no samples"):
         io.read(path)
 
 

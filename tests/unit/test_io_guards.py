@@ -107,7 +107,7 @@ def test_a_raw_row_that_is_cut_is_told(tmp_path):
         rec = io.read(path, rate=1, raw=io.RawLayout("int16", 2))
     assert rec.truncated is True
     np.testing.assert_array_equal(rec.samples, X.reshape(-1, 2)[:-1])
-    with pytest.raises(UnreadableFile, match="holds no row of 2 x int16 in the 0 bytes after"):
+    with pytest.raises(UnreadableFile, match="contains no row of 2 x int16 in the 0 bytes after"):
         io.read(path, rate=1, raw=io.RawLayout("int16", 2, skip=5000))
 
 

@@ -409,5 +409,5 @@ def test_settings_and_samples_in_two_files(tmp_path):
 def test_text_without_numbers_is_called_so(tmp_path, text):
     path = tmp_path / "a.csv"
     path.write_text(text)
-    with pytest.raises(UnreadableFile, match=r"holds no numbers.*Expected columns of numbers"):
+    with pytest.raises(UnreadableFile, match=r"contains no numbers.*Expected columns of numbers"):
         io.read(path)

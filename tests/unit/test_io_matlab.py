@@ -203,7 +203,7 @@ def test_nesting_without_end_and_endless_empty_structs(path):
         + element(5, struct.pack("<i", 8))
         + element(1, b""),
     )
-    with pytest.raises(UnreadableFile, match="holds no array"):
+    with pytest.raises(UnreadableFile, match="contains no array"):
         io.read(mat5(path, struct_without_fields), rate=1)
 
 

@@ -243,5 +243,5 @@ def test_annotations_are_no_recordings(shared_data, name):
 
 
 def test_hits_of_acoustic_emission_are_no_samples(shared_data):
-    with pytest.raises(UnreadableFile, match=r"holds hits, not samples.*tradb"):
+    with pytest.raises(UnreadableFile, match=r"contains hits, not samples.*tradb"):
         io.read(shared_data("impact/vallen_ae/sample.pridb"))

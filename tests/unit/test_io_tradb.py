@@ -99,7 +99,7 @@ def test_a_record_that_is_cut_is_read_as_far_as_it_goes(tmp_path):
 
 def test_hits_are_not_samples(shared_data):
     path = shared_data("impact/vallen_ae/sample.pridb")
-    with pytest.raises(UnreadableFile, match=r"holds hits, not samples. Give the .tradb beside"):
+    with pytest.raises(UnreadableFile, match=r"contains hits, not samples. Give the .tradb beside"):
         io.read(path)
 
 
@@ -110,9 +110,9 @@ def test_hits_are_not_samples(shared_data):
         ("UPDATE tr_data SET Samples = -1", "of -1 samples"),
         ("UPDATE tr_data SET Time = 'soon'", "not integers"),
         ("UPDATE tr_data SET DataFormat = 7", "packed in a way 7"),
-        ("DELETE FROM tr_data", "holds no record"),
+        ("DELETE FROM tr_data", "contains no record"),
         ("UPDATE tr_globalinfo SET Value = 0 WHERE Key = 'TimeBase'", "time base is 0 ticks"),
-        ("ALTER TABLE tr_data RENAME TO other", "no waveforms of Vallen's"),
+        ("ALTER TABLE tr_data RENAME TO other", "no Vallen waveforms"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path, command, told):

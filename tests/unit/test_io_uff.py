@@ -240,11 +240,11 @@ def test_cut_short_is_told(write, kind):
     [
         (text(as_text(X), count=50, kind=3), "numbers of unknown type 3"),
         (text(as_text(X), count=-5), "-5 numbers of unknown type"),
-        (text(as_text(X)[:-200] + b" ?" * 100 + b"\n", count=50), "what is no number"),
+        (text(as_text(X)[:-200] + b" ?" * 100 + b"\n", count=50), "has an invalid number"),
         (packed(X.tobytes(), form=1, count=50), "an old computer"),
         (packed(X.tobytes(), count=999_999_999), "announces 999999999 values"),
         (packed(X.tobytes(), size=-200, count=50), "58b with the header"),
-        (b"    -1\n 12345\n    -1\n", "holds no function"),
+        (b"    -1\n 12345\n    -1\n", "has no function"),
     ],
 )
 def test_headers_that_lie(write, dataset, reason):

@@ -71,9 +71,9 @@ def _entry(thing, name):
 
 
 SAME = {
-    "seed": "The same seed gives the same result; a Generator is drawn from and moves on.",
-    "workers": "as many as there are cores unless given. The result does not depend on it.",
-    "progress": "Whether to show how far it is; by default where a terminal or notebook is",
+    "seed": "The same seed gives the same result; a Generator is advanced.",
+    "workers": "by default the number of cores. The result does not depend on it.",
+    "progress": "Whether to show a progress bar; by default only in a terminal or notebook.",
 }
 
 

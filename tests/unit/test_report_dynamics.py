@@ -248,7 +248,7 @@ def test_every_sentence_ends(chaotic, periodic, noise, unasked):
 def test_a_periodic_recording_in_words(periodic):
     words = told(periodic)
     assert list(words) == ["Delay plot", "Dimension"]
-    assert "recurs after 1 impact shows as 1 point" in words["Delay plot"]
+    assert "recurs after 1 impact appears as 1 point" in words["Delay plot"]
     recurs = r"The motion recurs \(period\(1,1\): 1 impact per forcing period\) to within (.*) µs"
     found = re.match(f"{recurs}: its dimension is 0", words["Dimension"])
     # The sample's impacts are exactly periodic: what is left is the error of their instants.
@@ -269,7 +269,7 @@ def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, perio
     late = np.random.default_rng(0).uniform(size=800)
     noisy = of(periodic, Impacts.from_times(due + 1e-3 * late), frequency=frequency)
     assert noisy.dynamics.periodic
-    assert "is timing noise: how late an impact is hardly says" in told(noisy)["Dimension"]
+    assert "deviations of successive impacts are unrelated" in told(noisy)["Dimension"]
 
 
 @pytest.mark.usefixtures("without_figures")
@@ -298,7 +298,7 @@ def test_an_interval_predicts_the_next_wholly_or_in_part(spread, part, chaotic):
     assert (0.2 < share < 0.75) if part else (share > 0.95)
     words = told(result)["Delay plot"]
     assert f"the next impact can{part} be predicted from the last interval" in words
-    assert f"decides {100 * share:.0f} % of the variance" in words
+    assert f"explains {100 * share:.0f} % of the variance" in words
 
 
 def test_deviations_are_those_that_were_put_in():
@@ -316,7 +316,7 @@ def test_noise_in_words(noise):
     assert words["Dimension"] == "No dimension: nothing tells the series from linear noise."
     assert words["More than noise?"].startswith("No sign of it: ")
     assert words["Delay plot"] == (
-        "An interval decides no more of the next one than it would in random order."
+        "An interval explains no more of the variance of the next one than in random order."
     )
 
 
@@ -340,7 +340,7 @@ def test_missed_impacts_are_spoken_of_where_the_forcing_is_known(periodic):
 def test_without_a_forcing_period_no_impact_is_checked(chaotic):
     unknown = replace(chaotic.dynamics, repair=None)
     asked = replace(chaotic, forcing_period=None, dynamics=unknown)
-    assert "takes the forcing frequency" in care(asked)[0]
+    assert "requires the forcing frequency" in care(asked)[0]
 
 
 # -- the page and the command ----------------------------------------------------------------

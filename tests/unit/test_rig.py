@@ -224,7 +224,7 @@ def test_the_stop_of_a_channel_is_shown_where_it_may_be_set(recording, written):
 
 def test_commands_read_the_rig_beside_a_recording(recording, written, capsys):
     assert cli.main(["detect", str(recording)]) == 1
-    assert "Impacts are looked for in one channel" in capsys.readouterr().err
+    assert "Impacts are detected in one channel" in capsys.readouterr().err
     rig = written('[[channel]]\nnumber = 0\nsensor = "force"\nunit = "N"\nscale = 3.0\n')
     assert cli.main(["detect", str(recording)]) == 0
     out = capsys.readouterr().out

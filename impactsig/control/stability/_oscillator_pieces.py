@@ -55,7 +55,7 @@ def of_oscillator(orbit: PeriodicOrbit, feedback: DelayedFeedback) -> Variation:
     if any(stop.law.by_approach is not None for stop in orbit.system.stops):
         raise InvalidInput(
             "orbit", orbit, "an orbit without Lankarani-Nikravesh stops",
-            "Their loss goes by the approach velocity; Hertz(stiffness, damping=...) will do",
+            "Their loss depends on the approach velocity; use Hertz(stiffness, damping=...)",
         )  # fmt: skip
     motion = orbit.motion()
     friction = orbit.system.friction

@@ -185,7 +185,7 @@ def shooting_of(
     if not lasting or (isinstance(controller, OGY) and controlled.start):
         raise InvalidInput(
             "system", controlled, "one controller, on for good",
-            "Orbits are those of what moves the same way at all times",
+            "Periodic orbits need a system that does not change with time",
         )  # fmt: skip
     kind = NudgedShooting if isinstance(controller, OGY) else SilentShooting
     return kind(controlled, periods, phase, method, tolerance)

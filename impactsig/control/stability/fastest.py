@@ -29,7 +29,7 @@ def fastest(maps: list[SpikeMap], growth: Callable[[float, float], float]) -> tu
     scale = float(np.abs([one.stretch for one in maps]).max())
     scale = max(scale, float(np.abs([one.interval @ one.shift for one in maps]).max()))
     if not scale > 0:
-        raise InvalidInput("parameter", "one that moves no interval", "one that moves the spikes")
+        raise InvalidInput("parameter", "one without effect", "one that affects the intervals")
 
     def of(values: Any) -> float:
         return growth(values[0] / scale, values[1])

@@ -216,7 +216,7 @@ def stability_chart(
     gains : sequence of float
         Gains.
     delays : sequence of int, optional
-        Delays in periods of the orbit; 1, 2 and 3 unless given.
+        Delays in periods of the orbit; by default 1, 2 and 3.
     limit, signal, memory
         As in `DelayedFeedback`.
     laps : int

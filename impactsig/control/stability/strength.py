@@ -53,7 +53,7 @@ def offset_of(
         step = max(min(strength - seen, most), -most) / slope
     raise InvalidInput(
         "strength", strength, "the approach velocity of an orbit of this kind",
-        f"From {begun:.6g} on the orbit was followed to {seen:.6g}, the parameter being moved by "
+        f"The orbit was followed from {begun:.6g} to {seen:.6g}, with the parameter changed by "
         f"{offset:.6g}, and no further",
     )  # fmt: skip
 

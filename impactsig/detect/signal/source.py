@@ -118,7 +118,7 @@ def open_source(
         raise InvalidInput(
             "source",
             f"an array of shape {source.shape}",
-            "a Recording, which knows its sampling rate",
+            "a Recording, which has a sampling rate",
             "impactsig.Recording(samples, rate=50_000) makes one",
         )
     if isinstance(source, Recording):
@@ -148,7 +148,7 @@ def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
         if block.samples.shape[1] > 1:
             listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(block.channels))
             raise InvalidInput(
-                "channel", None, f"one of {listed}", "Impacts are looked for in one channel"
+                "channel", None, f"one of {listed}", "Impacts are detected in one channel"
             )
         block = block.channel(0)
     return np.ascontiguousarray(block.samples)

@@ -123,7 +123,7 @@ def periodicity_chart(
     periods : int
         Greatest number of forcing periods, or of returns of a flow, for each cell.
     initial : optional
-        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+        State at the start, as for `simulate`; by default at rest, or the initial state of the flow.
     phase : float
         Phase of the forcing at start and strobes [rad]. Not for flows.
     section : (str or int, float), optional

@@ -146,7 +146,7 @@ def bifurcation_diagram(
         Numbers of forcing periods, or of returns of a flow, that are evaluated, and that are
         discarded before.
     initial : optional
-        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+        State at the start, as for `simulate`; by default at rest, or the initial state of the flow.
     phase : float
         Phase of the forcing at starts and strobes [rad]. Not for flows.
     section : (str or int, float), optional

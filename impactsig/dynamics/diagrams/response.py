@@ -100,7 +100,7 @@ def response_spectrum(
         not close, and that are discarded before. If the orbit closes during the transient, the rest
         of the transient is skipped.
     initial : optional
-        State at the start, as for `simulate`; at rest, or that of the flow, unless given.
+        State at the start, as for `simulate`; by default at rest, or the initial state of the flow.
     section : (str or int, float), optional
         For flows: name or number of the coordinate whose extremes are evaluated, and a level that
         it crosses upwards, which defines its returns.

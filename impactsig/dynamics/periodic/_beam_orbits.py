@@ -27,7 +27,7 @@ class BeamShooting(Shooting):
     ) -> None:
         if beam.forcing is None:
             raise InvalidInput("system", beam, "a Cantilever with forcing, to count its periods")
-        refuse("for a Cantilever, which moves exactly", "", method=method)
+        refuse("for a Cantilever, which is computed exactly", "", method=method)
         super().__init__(beam, periods, phase, tolerance)
         self.m = beam.modes
         self.omega = beam.forcing.angular_frequency

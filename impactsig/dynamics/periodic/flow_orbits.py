@@ -95,7 +95,7 @@ class FlowOrbit(Shown):
         if len(states) < len(flat):
             raise InvalidInput(
                 "time", time, f"times before {flat[len(states)]:.6g}, where the flow is lost",
-                f"This is no orbit: {self.status}",
+                f"No orbit was found: {self.status}",
             )  # fmt: skip
         return states[back.ravel()].reshape(*time.shape, self.system.dimension)
 

@@ -263,7 +263,7 @@ class OscillatorShooting(Shooting):
         points = self.strobed()
         if len(points) <= self.periods:
             raise InvalidInput(
-                "system", self.system, "one that moves on for long enough to look for returns",
+                "system", self.system, "a motion that is long enough to find returns",
                 "Its motion ended early, as the status of simulate() says; find_periodic_orbit "
                 "takes guess=",
             )  # fmt: skip

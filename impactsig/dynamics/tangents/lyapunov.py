@@ -239,7 +239,7 @@ def lyapunov_spectrum(  # type: ignore[misc]
             options["initial"] = initial
         return _of_oscillator(system, transient, options)
     if isinstance(system, Cantilever):
-        refuse("for a Cantilever, which moves exactly", "", method=method)
+        refuse("for a Cantilever, which is computed exactly", "", method=method)
         options = {"periods": periods, "duration": duration, "phase": phase, "chatter": chatter}
         if initial is not None:
             options["initial"] = initial

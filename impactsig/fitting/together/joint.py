@@ -82,7 +82,7 @@ def telling(trains: Sequence[Any], periods: Any) -> tuple[list[Impacts], list[fl
         raise InvalidInput(
             "impacts", f"{len(trains)} trains, {len(periodic)} of them periodic",
             "two or more that are not",
-            "Intervals that recur are too few numbers; measure where the motion is chaotic",
+            "Recurring intervals determine too little; measure where the motion is chaotic",
         )  # fmt: skip
     return kept, frequencies, Aside(tuple(periodic), tuple(unlocked))
 

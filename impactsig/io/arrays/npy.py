@@ -58,7 +58,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         truncated = f"{shape[0] - rows} of its {shape[0]} rows are missing"
         shape = (rows, *shape[1:])
     if 0 in shape:
-        raise UnreadableFile(path, f"holds no samples (shape {shape})")
+        raise UnreadableFile(path, f"contains no samples (shape {shape})")
     order = "F" if header.fortran else "C"
 
     def mapped() -> np.ndarray:

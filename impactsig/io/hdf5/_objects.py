@@ -112,7 +112,7 @@ def refused_storage(dataset: Any) -> str:
 
 
 def check_size(path: Path, dataset: Any, limits: Limits) -> str:
-    """Why a dataset of the announced size holds no samples; "" if it does.
+    """Why a dataset of the announced size contains no samples; "" if it does.
 
     Raises
     ------

@@ -126,7 +126,7 @@ def _signals(
             )
             places.append((number, index))
     if not signals:
-        raise UnreadableFile(path, "; ".join(notes[:3]) or "holds no channel with samples")
+        raise UnreadableFile(path, "; ".join(notes[:3]) or "contains no channel with samples")
     return signals, places, notes
 
 

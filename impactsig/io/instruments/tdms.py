@@ -76,7 +76,7 @@ def open_source(path: Path, limits: Limits) -> Source:
                 channels.append(channel)
                 layouts.append(layout(tdms, channel, size))
         if not signals:
-            raise UnreadableFile(path, "; ".join(notes) or "holds no channel with samples")
+            raise UnreadableFile(path, "; ".join(notes) or "contains no channel with samples")
     except BaseException:
         file.close()
         raise

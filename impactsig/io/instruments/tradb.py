@@ -122,9 +122,9 @@ def _opened(path: Path) -> sqlite3.Connection:
         with closing(database.execute(query)) as found:
             tables = {name for (name,) in found}
         if "ae_data" in tables:
-            raise UnreadableFile(path, "holds hits, not samples", "Give the .tradb beside it")
+            raise UnreadableFile(path, "contains hits, not samples", "Give the .tradb beside it")
         if not tables >= {"tr_data", "tr_params", "tr_globalinfo"}:
-            raise UnreadableFile(path, "is an SQLite database, but holds no waveforms of Vallen's")
+            raise UnreadableFile(path, "is an SQLite database, but contains no Vallen waveforms")
     except BaseException:
         database.close()
         raise
@@ -164,7 +164,7 @@ def _records(database: sqlite3.Connection, path: Path) -> tuple[list[_Record], s
             if samples:
                 records.append(_Record(*found))
     if not records:
-        raise UnreadableFile(path, truncated or "holds no record of samples")
+        raise UnreadableFile(path, truncated or "contains no record of samples")
     return records, truncated
 
 

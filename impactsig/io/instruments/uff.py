@@ -54,7 +54,7 @@ def open_source(path: Path, limits: Limits) -> Source:
             functions.append(read(path, content, header, at, dataset))
     if not functions:
         raise UnreadableFile(
-            path, "; ".join(notes[:3]) or "holds no function (dataset 58)", "Export time histories"
+            path, "; ".join(notes[:3]) or "has no function (dataset 58)", "Export time histories"
         )
     short = [f for f in functions if f.length < f.header.length]
     notes += [f.base.doubt for f in functions if f.base.doubt]
@@ -103,7 +103,7 @@ def _numbers(
             values = np.fromstring(text, np.float64, sep=" ")
         except (DeprecationWarning, ValueError):
             raise UnreadableFile(
-                path, f"function {header.name!r} holds what is no number, after byte {at}"
+                path, f"function {header.name!r} has an invalid number after byte {at}"
             ) from None
     if dataset.end == len(content) and not text.rstrip(b" ").endswith(b"\n"):
         values = values[:-1]  # of the last number, the end may be missing

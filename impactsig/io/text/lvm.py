@@ -49,7 +49,7 @@ def open_source(path: Path, limits: Limits) -> Source:
     parts = [_signals(segment, index, notes) for index, segment in enumerate(segments)]
     signals, columns = _joined(parts, notes)
     if not signals:
-        raise UnreadableFile(path, "holds no samples")
+        raise UnreadableFile(path, "contains no samples")
     short = [
         f"channel {column.name!r} has {length_of(column, segment)} of {column.declared} samples"
         for segment in segments

@@ -68,7 +68,7 @@ def open_source(path: Path, limits: Limits) -> Source:
                 "Its lines begin with the time stamps of a serial monitor, which says when a line "
                 "came: switch these off, and print micros() before each sample"
             )
-        raise UnreadableFile(path, "holds no rows of numbers", remedy)
+        raise UnreadableFile(path, "contains no rows of numbers", remedy)
     table = Table(path, dialect)
     if stated:
         dialect = dialect._replace(above=lines_above(path, stated, table.rows))
@@ -102,7 +102,7 @@ def open_source(path: Path, limits: Limits) -> Source:
         elif column.filled:  # unlike what stands after a trailing delimiter
             kept.append(index)
     if not kept:
-        raise UnreadableFile(path, "; ".join(notes) or "holds no column of samples")
+        raise UnreadableFile(path, "; ".join(notes) or "contains no column of samples")
     _name(preamble, kept, names, units)
     if not preamble.names and not any(dialect.names) and len(kept) > 1:
         names = [f"channel {kept.index(i)}" if i in kept else "" for i in range(width)]

@@ -59,8 +59,9 @@ class LyapunovExponent(Shown):
         Fraction of the pairs that are still closer than exp(-1.5) times the median gap of any two
         values.
     region : tuple of int, or None
-        First and last k of the fitted line. intercept : float S(0) of the fitted line; nan if there
-        is none.
+        First and last k of the fitted line.
+    intercept : float
+        S(0) of the fitted line; nan if there is none.
     far : float
         Logarithm of the median gap of any two values, at which S(k) levels off; nan for a periodic
         series.
@@ -222,7 +223,7 @@ def lyapunov_exponent(
     delay : int
         Between two coordinates; for intervals the natural delay is 1.
     theiler : int, optional
-        Vectors i and j with abs(i - j) <= theiler are no neighbours; two mean periods by default,
+        Vectors i and j with abs(i - j) <= theiler are not neighbours; by default two mean periods,
         as in `correlation_sum`.
     method : {"rosenstein", "kantz"}
         See above. The method of Kantz averages gaps before taking the logarithm, which smooths

@@ -166,8 +166,8 @@ def recurrence_plot(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, is too short for one vector, or gives more than
-        10 000 of them (100 MB); `recurrence_quantification` takes more.
+        If `x` is not a series of finite numbers, is too short for one vector, or gives more than 10
+        000 of them (100 MB); `recurrence_quantification` takes more.
 
     See Also
     --------
@@ -190,7 +190,7 @@ def recurrence_plot(
             "x",
             f"{count} delay vectors",
             f"{MOST_VECTORS} or fewer: the matrix would take {count**2 / 1e6:.0f} MB",
-            "Give a part of it, or use recurrence_quantification, which keeps no matrix",
+            "Give a part of it, or use recurrence_quantification, which does not store the matrix",
         )
     radius = _radius(values, dimension, delay, 0, radius, rate)
     from ._lines import close_pairs

@@ -341,7 +341,7 @@ def _window(theiler: int, times: np.ndarray) -> int:
     """Validate the Theiler window, which must leave a pair."""
     if theiler >= times[-1] - times[0]:
         raise InvalidInput(
-            "theiler", theiler, f"at most {times[-1] - times[0] - 1}, so that it leaves a pair"
+            "theiler", theiler, f"at most {times[-1] - times[0] - 1}, so that a pair remains"
         )
     return theiler
 

@@ -95,7 +95,7 @@ def return_map_determinism(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, is constant or is too short.
+        If `x` is not a series of finite numbers, is constant or is too short.
 
     See Also
     --------

@@ -116,7 +116,7 @@ def prediction_error(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, is constant, or is too short for these settings.
+        If `x` is not a series of finite numbers, is constant, or is too short for these settings.
 
     See Also
     --------
@@ -189,7 +189,7 @@ def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers longer than `delay`, or does not change in as much.
+        If `x` is not a series of finite numbers longer than `delay`, or does not change in as much.
 
     See Also
     --------

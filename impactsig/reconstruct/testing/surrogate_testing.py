@@ -173,7 +173,7 @@ def surrogate_test(
     Raises
     ------
     InvalidInput
-        If `x` is no series of finite numbers, is constant or too short for the statistic, or the
+        If `x` is not a series of finite numbers, is constant or too short for the statistic, or the
         statistic is not a finite number.
 
     See Also

@@ -109,8 +109,8 @@ def surrogates(
     Raises
     ------
     InvalidInput
-        If `x` is no series of ten finite numbers that are not all equal, or an argument is not of
-        its kind.
+        If `x` is not a series of ten finite numbers that are not all equal, or an argument is not
+        of its kind.
 
     See Also
     --------

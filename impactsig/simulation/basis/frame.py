@@ -99,7 +99,8 @@ def strobe_times(
     Raises
     ------
     InvalidInput
-        If the phase is no finite number, or there is no forcing: no `omega`, its angular frequency.
+        If the phase is not a finite number, or there is no forcing: no `omega`, its angular
+        frequency.
     """
     angle = math.fmod(number("phase", phase, "a finite angle [rad]"), TURN) % TURN
     if omega is None:

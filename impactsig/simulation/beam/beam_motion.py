@@ -189,7 +189,7 @@ class BeamMotion(Moved):
         Raises
         ------
         InvalidInput
-            If the phase is no finite number, or there is no forcing.
+            If the phase is not a finite number, or there is no forcing.
         """
         omega = None if self.system.forcing_period is None else self._omega
         return self.sample(strobe_times(self, phase, omega, self.start, self.stop))

@@ -155,7 +155,7 @@ def apparent_restitution(motion: BeamMotion, *, within: float | None = None) -> 
     kept = (u > 0) & (over + within <= stop) & ((start == 0) | (time - within >= start))
     if not kept.any():
         raise InvalidInput(
-            "motion", repr(motion), "a whole contact before which the first mode moves to the stop",
+            "motion", repr(motion), "a complete contact, with the first mode moving to the stop",
             "Let it run longer, or strike harder",
         )  # fmt: skip
     u, v = u[kept], v[kept]

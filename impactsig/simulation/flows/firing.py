@@ -87,7 +87,7 @@ def integrate_and_fire(
     if isinstance(flow, Flow) and signal is None:
         signal = flow.signal
         if signal is None:
-            raise InvalidInput("signal", None, "a signal, where the flow has none of its own")
+            raise InvalidInput("signal", None, "a signal, since the flow has none")
     return _spikes(
         flow, signal, initial, count, duration, transient, threshold, True, "up", "integral"
     )

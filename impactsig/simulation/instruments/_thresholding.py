@@ -107,7 +107,7 @@ def _view(motion: Motion, rate: float | None, skip: bool) -> _View:
     if rate is None:
         counted = (oscillator.angular_frequencies or (oscillator.angular_natural_frequency,))[0]
         if not counted:
-            raise InvalidInput("rate", rate, "samples per second, as there is no period to go by")
+            raise InvalidInput("rate", rate, "samples per second, without forcing")
         rate = SAMPLES_PER_PERIOD * counted / (2 * math.pi * oscillator.time_unit)
     coarse = COARSE / max(*pace, 1e-300) * oscillator.time_unit * rate
     return _View(

@@ -89,7 +89,7 @@ class Microphone:
 
     Sound arrives ``distance / 343 m/s`` after the impact, with ``gain * strength / distance`` times
     the sum of ``share sin(2 pi f s + phase) exp(-s / decay)`` over the modes, s being the time
-    since it arrived. Phases are drawn anew for every impact, unless they are given.
+    since it arrived. By default phases are random for every impact.
 
     Parameters
     ----------

@@ -196,7 +196,7 @@ def _unconfined(oscillator: Oscillator, root: Family, unknown: float) -> NoRetur
         if not end.stop and end.reach < FAR_OUT:
             edge = inside.bottom + end.sign * end.reach
             raise InvalidInput(
-                "oscillator", f"a well that ends at {edge:.6g}", "a well that holds the motion",
+                "oscillator", f"a well that ends at {edge:.6g}", "a well that contains the motion",
                 "The noise takes it over the edge: no density is stationary",
             )  # fmt: skip
     raise InvalidInput(

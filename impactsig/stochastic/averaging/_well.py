@@ -327,7 +327,7 @@ def _equilibria(
     x, force = x[np.isfinite(force)], force[np.isfinite(force)]
     if not x.size:
         raise InvalidInput(
-            "oscillator", "a force that is no finite number anywhere",
+            "oscillator", "a force that is finite nowhere",
             "a law with finite values on a mass at rest",
         )  # fmt: skip
     sign = np.sign(force)

@@ -43,8 +43,9 @@ class PBifurcation(Shown):
     Attributes
     ----------
     values : numpy.ndarray, shape (n,)
-        Values of the parameter, ascending. shapes : tuple of DensityShape Extrema of the joint
-        density at each value, without peaks below `least`.
+        Values of the parameter, ascending.
+    shapes : tuple of DensityShape
+        Extrema of the joint density at each value, without peaks below `least`.
     transitions : tuple of Transition
         Changes of the class.
     least : float
