@@ -135,7 +135,7 @@ class _TwoAndFive(Formatter):
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Label of a tick; empty for other multiples, and over two decades and more."""
-        low, high = sorted(self.axis.get_view_interval())
+        low, high = sorted(self.axis.get_view_interval()) if self.axis else (x, x)
         exponent = math.floor(math.log10(x))
         multiple = round(x / 10.0**exponent, 6)
         if multiple not in {2.0, 5.0} or high >= 100 * low:
