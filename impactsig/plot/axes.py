@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -127,6 +128,25 @@ def frame(ax: Axes, x: str | None, y: str | None, place: str = "", **options: An
     if place:
         legend(ax, place, **options)
     return ax
+
+
+class _TwoAndFive(Formatter):
+    """Labels of minor ticks on a short logarithmic axis: 2 and 5 times powers of ten only."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Label of a tick; empty for other multiples, and over two decades and more."""
+        low, high = sorted(self.axis.get_view_interval()) if self.axis else (x, x)
+        exponent = math.floor(math.log10(x))
+        multiple = round(x / 10.0**exponent, 6)
+        if multiple not in {2.0, 5.0} or high >= 100 * low:
+            return ""
+        return rf"${multiple:.0f}\times10^{{{exponent}}}$"
+
+
+def logarithmic(ax: Axes) -> None:
+    """Make the x axis logarithmic, with tick labels that do not overlap over a short range."""
+    ax.set_xscale("log")
+    ax.xaxis.set_minor_formatter(_TwoAndFive())
 
 
 def explain(ax: Axes, text: str) -> Axes:

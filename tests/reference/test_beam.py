@@ -410,7 +410,7 @@ def test_motions_refuse_too():
     motion = simulate(replace(BEAM, stop=STOP, modes=2), duration=0.1, initial=(0.0, 0.01))
     with pytest.raises(InvalidInput, match="times in the span"):
         motion.sample(0.2)
-    with pytest.raises(InvalidInput, match="a whole contact"):
+    with pytest.raises(InvalidInput, match="a complete contact"):
         apparent_restitution(motion)
     with pytest.raises(InvalidInput, match="within"):
         apparent_restitution(motion, within=-1)

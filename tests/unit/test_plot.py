@@ -1,5 +1,6 @@
 """Figures: what is drawn is what was measured, in SI units, and nothing empty crashes."""
 
+import itertools
 from dataclasses import replace
 
 import matplotlib
@@ -287,3 +288,23 @@ def test_ticks_have_the_digits_they_need(values, factor, labels):
 def test_times_come_in_the_prefix_that_reads_best(largest, unit, ax):
     _axes.seconds(ax.xaxis, "time", [0.0, largest])
     assert ax.get_xlabel() == f"time [{unit}]"
+
+
+@pytest.mark.parametrize("decades", [0.5, 0.8, 1.2, 1.9, 3.0])
+def test_labels_of_a_logarithmic_axis_do_not_overlap(decades):
+    figure = pyplot.figure(figsize=(4.0, 3.0))
+    ax = figure.subplots()
+    ax.plot([2e-5, 2e-5 * 10**decades], [1.0, 2.0])
+    _axes.logarithmic(ax)
+    figure.canvas.draw()
+    shown = [one for one in ax.xaxis.get_ticklabels(which="both") if one.get_text()]
+    low, high = ax.get_xlim()
+    spans = sorted(
+        (box.x0, box.x1)
+        for one in shown
+        if low <= one.get_position()[0] <= high
+        for box in [one.get_window_extent()]
+    )
+    assert len(spans) >= 2
+    assert all(before[1] <= after[0] for before, after in itertools.pairwise(spans))
+    pyplot.close(figure)

@@ -70,7 +70,7 @@ def test_what_is_not_known_is_not_drawn(kind):
     np.testing.assert_array_equal(study.plot().lines[0].get_ydata(), [np.nan, 4, 2])
     with pytest.warns(ImpactsigWarning):
         study = sweep(lambda a: 1 / 0, {"a": [0, 1]})
-    assert "nothing has been worked out" in study.plot().texts[0].get_text().replace("\n", " ")
+    assert "nothing has been computed" in study.plot().texts[0].get_text().replace("\n", " ")
 
 
 def test_several_values_a_cell_are_points():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._kinds import checked
-from ..axes import frame, panels, shades
+from ..axes import frame, logarithmic, panels, shades
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -61,7 +61,7 @@ def correlation_sum(result: CorrelationSum, figure: Figure | SubFigure | None = 
         sums.plot(result.radii, np.where(c > 0, c, np.nan), label=f"$m = {m}$", **style)
         slopes.plot(result.slope_radii, slope, **style)
     for ax in grid:
-        ax.set_xscale("log")
+        logarithmic(ax)
         ax.grid(alpha=0.25, linewidth=0.6)
     sums.set_yscale("log")
     frame(sums, None, SUM, "best", fontsize="small")

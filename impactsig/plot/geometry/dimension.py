@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._kinds import checked
-from ..axes import GREY, VERMILLION, explain, frame, panels, title
+from ..axes import GREY, VERMILLION, explain, frame, logarithmic, panels, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -65,7 +65,7 @@ def dimension(result: CorrelationDimension, figure: Figure | SubFigure | None = 
     slopes.fill_between(found.scales, *found.interval, color=VERMILLION, alpha=0.25, linewidth=0)
     slopes.plot(found.scales, 2 * [found.value], color=VERMILLION, linewidth=1.3)
     for ax in grid:
-        ax.set_xscale("log")
+        logarithmic(ax)
         ax.set_xlim(found.scales[0] / 1.5, found.scales[1] * 1.5)
         if result.floor > ax.get_xlim()[0]:
             ax.axvspan(ax.get_xlim()[0], result.floor, color=GREY, alpha=0.18, linewidth=0)
