@@ -13,10 +13,9 @@ from .impact_flags import CLIPPED
 
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
-IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
+IN_THE_UNIT = ("peak", "impulse")
 OF_SEVERAL = (
     "time_error",
-    tables.SHARED,
     "probability",
     "stop_index",
     "stop_probability",
@@ -57,7 +56,7 @@ def combined_columns(
     rank = strength if strength is not None else np.where(seen, -np.arange(len(trains)), -np.inf)
     measuring = measuring_contacts(trains)
     for name in tables.MEASURED:
-        if name in OF_SEVERAL or name in tables.ERRORS:
+        if name in OF_SEVERAL or name in (*tables.ERRORS, *tables.SHARED_ERRORS):
             continue
         allowed = measuring if name in IN_THE_UNIT else range(len(trains))
         of = [k for k in allowed if getattr(trains[k], name) is not None]
@@ -117,11 +116,11 @@ def _of_strongest(
     """
     chosen = np.argmax(rank, axis=1)[:, None]
     missed = ~(index >= 0).any(axis=1)
-    names = [name]
-    if all(getattr(train, f"{name}_error", None) is not None for train in trains):
-        names.append(f"{name}_error")
-    elif missed.any():
+    errors = (f"{name}_error", f"shared_{name}_error")
+    known_of_all = [one for one in errors if all(getattr(t, one, None) is not None for t in trains)]
+    if missed.any() and not known_of_all:
         return {}
+    names = [name, *known_of_all]
     felt = np.flatnonzero(~missed)
     after = np.searchsorted(felt, np.flatnonzero(missed))
     left, right = felt[np.maximum(after - 1, 0)], felt[np.minimum(after, len(felt) - 1)]
