@@ -247,6 +247,10 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
     sums = np.empty((4, 2 * (far // stride) + 1))
     for i in range(len(sounds)):
         y = sounds[i]
+        noise = 0.0
+        for k in range(quiet):
+            noise += y[k] * y[k]
+        noise *= total / quiet
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
             response = respond(y, first, reach, stride, weighted, sums)
@@ -256,7 +260,8 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             response = respond(y, first, far, stride, weighted, sums)
             start = coarse_shift(y, first, far, stride, weighted, response)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-            power = UNSURE * colour * energy * left / total
+            # At the wrong shift noise is taken for sound, and less than there is of it is left.
+            power = UNSURE * colour * energy * max(left, noise) / total
             if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
                 start, beyond = likeliest(
@@ -264,11 +269,8 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
                 )
                 if abs(start - shift) > 1.0:
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-        noise = 0.0
-        for k in range(quiet):
-            noise += y[k] * y[k]
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
-        out[i, 4], out[i, 5] = noise / quiet * total, beyond
+        out[i, 4], out[i, 5] = noise, beyond
 
 
 @njit(nogil=True)
