@@ -116,11 +116,12 @@ def _of_strongest(
     """
     chosen = np.argmax(rank, axis=1)[:, None]
     missed = ~(index >= 0).any(axis=1)
-    errors = (f"{name}_error", f"shared_{name}_error")
-    known_of_all = [one for one in errors if all(getattr(t, one, None) is not None for t in trains)]
-    if missed.any() and not known_of_all:
+    names = [name]
+    for part in (f"{name}_error", f"shared_{name}_error"):
+        if all(getattr(train, part, None) is not None for train in trains):
+            names.append(part)
+    if missed.any() and f"{name}_error" not in names:
         return {}
-    names = [name, *known_of_all]
     felt = np.flatnonzero(~missed)
     after = np.searchsorted(felt, np.flatnonzero(missed))
     left, right = felt[np.maximum(after - 1, 0)], felt[np.minimum(after, len(felt) - 1)]
