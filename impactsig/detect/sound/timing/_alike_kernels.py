@@ -249,6 +249,7 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             weighted[row, k] = taper[k] * moved[k]
     sums, after = np.empty((4, 2 * (far // stride) + 1)), np.empty(2 * far + 1)
     end = first + len(middle) - len(middle) // 6  # the taper is at a half there
+    tail = TAIL * energy if clear > 0.0 else 0.0  # while the wave is learned it may end anywhere
     for i in range(len(sounds)):
         y = sounds[i]
         noise = 0.0
@@ -269,10 +270,10 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             power = UNSURE * colour * energy * sample
             if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
-                after[2 * far] = 0.0
+                after[2 * far], least = 0.0, min(left, noise) / total
                 for k in range(2 * far - 1, -1, -1):
                     here = y[end - far + k]
-                    after[k] = after[k + 1] + TAIL * energy * (here * here - sample)
+                    after[k] = after[k + 1] + tail * (here * here - least)
                 start, beyond = likeliest(
                     response, after, far, stride, len(weighted), power, place, spread
                 )
