@@ -75,6 +75,8 @@ def fit_calibration(
     *,
     reading_error: Any = None,
     load_error: Any = None,
+    shared_reading_error: Any = None,
+    shared_load_error: Any = None,
     through_zero: bool = False,
     unit: str = "",
 ) -> Calibration:
@@ -89,10 +91,13 @@ def fit_calibration(
     reading, load : array_like, shape (n,)
         Reading of the sensor and known load: weights, or, for an impact hammer, its mass times the
         integral of its acceleration, with the impulse that the sensor recorded. Peaks can be used
-        as well, but the error that they share because of the pulse shape is not accounted for: the
-        error of the scale may be one and a half times the stated one.
+        as well, if the error that they share because of the pulse shape is given too.
     reading_error, load_error : float or array_like, shape (n,), optional
         Standard errors.
+    shared_reading_error, shared_load_error : float or array_like, shape (n,), optional
+        Parts of these that are common to all readings, or to all loads, as
+        `Impacts.shared_peak_error`. With five or more impacts per second each second has its own
+        part, and the stated error of the scale is too large.
     through_zero : bool
         Whether the reading without load is exactly 0, as after the baseline has been subtracted.
     unit : str
@@ -105,8 +110,8 @@ def fit_calibration(
     Raises
     ------
     InvalidInput
-        If there are fewer than three pairs (two through zero), an error is not positive, or all
-        readings are equal.
+        If there are fewer than three pairs (two through zero), an error is not positive or less
+        than its shared part, or all readings are equal.
 
     See Also
     --------
@@ -137,7 +142,11 @@ def fit_calibration(
     known = reading_error is not None or load_error is not None
     if not known:
         of_y = np.ones(len(x))
-    scale, offset, covariance = fit_line(x, y, of_x, of_y, through_zero)
+    shared = (
+        _shared("shared_reading_error", shared_reading_error, of_x),
+        _shared("shared_load_error", shared_load_error, of_y if known else np.zeros(len(x))),
+    )
+    scale, offset, covariance = fit_line(x, y, of_x, of_y, through_zero, shared)
     residual = y - scale * x - offset
     if not known:
         covariance *= float(residual @ residual) / (len(x) - (1 if through_zero else 2))
@@ -159,3 +168,14 @@ def _errors(name: str, given: Any, count: int) -> np.ndarray:
     if not fits or not ((values > LEAST_ERROR) & (values < 1 / LEAST_ERROR)).all():
         raise InvalidInput(name, given, required)
     return np.broadcast_to(values, (count,))
+
+
+def _shared(name: str, given: Any, whole: np.ndarray) -> np.ndarray:
+    """Shared parts of standard errors; none if not given."""
+    if given is None:
+        return np.zeros(len(whole))
+    required = f"{name.removeprefix('shared_')}, and no more than it, 0 or greater"
+    values = reals(name, given, required)
+    if values.shape not in ((), (1,), whole.shape) or not ((values >= 0) & (values <= whole)).all():
+        raise InvalidInput(name, given, required)
+    return np.broadcast_to(values, whole.shape)

@@ -76,6 +76,9 @@ class Impacts:
     shared_time_error : array_like, shape (n,), optional
         Part of `time_error` that is common to impacts within a second [s]: they are measured with
         one pulse shape, whose error shifts all of them equally. It cancels in short intervals.
+    shared_peak_error : array_like, shape (n,), optional
+        Part of `peak_error` that is common to impacts within a second [unit], for the same reason.
+        It does not cancel in the mean of many peaks (`fit_calibration`).
     probability : array_like, shape (n,), optional
         Probability that it is an impact, 0 to 1.
     pulses : array_like of int, shape (n,), optional
@@ -147,6 +150,7 @@ class Impacts:
     peak_error: np.ndarray | None = None
     impulse_error: np.ndarray | None = None
     shared_time_error: np.ndarray | None = None
+    shared_peak_error: np.ndarray | None = None
     probability: np.ndarray | None = None
     pulses: np.ndarray | None = None
     stop_index: np.ndarray | None = None
@@ -174,7 +178,8 @@ class Impacts:
         for name in table.MEASURED:
             value = getattr(self, name)
             store[name] = None if value is None else table.column(name, value, len(time))
-        table.require_part(store["shared_time_error"], store["time_error"])
+        for shared, whole in table.SHARED_ERRORS.items():
+            table.require_part(shared, store[shared], store[whole])
         store["flags"] = table.flag_column(self.flags, len(time))
         store["gaps"] = table.spans(self.gaps)
         start, duration = table.run_span(time, self.start, self.duration)

@@ -20,9 +20,18 @@ class Line(NamedTuple):
 
 
 def fit_line(
-    x: np.ndarray, y: np.ndarray, of_x: np.ndarray, of_y: np.ndarray, through_zero: bool
+    x: np.ndarray,
+    y: np.ndarray,
+    of_x: np.ndarray,
+    of_y: np.ndarray,
+    through_zero: bool,
+    shared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Line:
-    """By maximum likelihood [York2004]_; no point may be exact in both values."""
+    """By maximum likelihood [York2004]_; no point may be exact in both values.
+
+    Errors that are `shared`, of x and of y, move all points at once. The covariance counts them;
+    the line is that of errors that are independent.
+    """
     slope = float(x @ y / (x @ x)) if through_zero else float(np.polyfit(x, y, 1)[0])
     for _ in range(ROUNDS):
         weight = 1.0 / (of_y**2 + (slope * of_x) ** 2)
@@ -41,4 +50,8 @@ def fit_line(
     if not through_zero:
         covariance[0, 1] = covariance[1, 0] = -mean * of_slope
         covariance[1, 1] = 1.0 / weight.sum() + mean**2 * of_slope
+    for moved in (slope * shared[0], shared[1]) if shared else ():
+        by_slope = of_slope * float(weight * (at - mean) @ moved)
+        level = 0.0 if through_zero else float(np.average(moved, weights=weight)) - mean * by_slope
+        covariance += np.outer((by_slope, level), (by_slope, level))
     return Line(slope, offset, covariance)

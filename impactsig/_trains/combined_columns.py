@@ -13,10 +13,9 @@ from .impact_flags import CLIPPED
 
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""
-IN_THE_UNIT = ("peak", "peak_error", "impulse", "impulse_error")
+IN_THE_UNIT = ("peak", "impulse")
 OF_SEVERAL = (
     "time_error",
-    tables.SHARED,
     "probability",
     "stop_index",
     "stop_probability",
@@ -57,7 +56,7 @@ def combined_columns(
     rank = strength if strength is not None else np.where(seen, -np.arange(len(trains)), -np.inf)
     measuring = measuring_contacts(trains)
     for name in tables.MEASURED:
-        if name in OF_SEVERAL or name in tables.ERRORS:
+        if name in OF_SEVERAL or name in (*tables.ERRORS, *tables.SHARED_ERRORS):
             continue
         allowed = measuring if name in IN_THE_UNIT else range(len(trains))
         of = [k for k in allowed if getattr(trains[k], name) is not None]
@@ -118,9 +117,10 @@ def _of_strongest(
     chosen = np.argmax(rank, axis=1)[:, None]
     missed = ~(index >= 0).any(axis=1)
     names = [name]
-    if all(getattr(train, f"{name}_error", None) is not None for train in trains):
-        names.append(f"{name}_error")
-    elif missed.any():
+    for part in (f"{name}_error", f"shared_{name}_error"):
+        if all(getattr(train, part, None) is not None for train in trains):
+            names.append(part)
+    if missed.any() and f"{name}_error" not in names:
         return {}
     felt = np.flatnonzero(~missed)
     after = np.searchsorted(felt, np.flatnonzero(missed))

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from ..impacts import Impacts
 
 ERRORS = ("time_error", "contact_time_error", "peak_error", "impulse_error")
-SHARED = "shared_time_error"
-"""The part of an instant's error that impacts within a second share."""
+SHARED, SHARED_PEAK = "shared_time_error", "shared_peak_error"
+SHARED_ERRORS = {SHARED: "time_error", SHARED_PEAK: "peak_error"}
+"""The parts of errors that impacts within a second share, and what they are parts of."""
 PROBABILITIES = ("probability", "stop_probability")
 COUNTS = {"pulses": 1, "stop_index": -1}
 """Whole numbers, and the least that each may be."""
@@ -26,7 +27,7 @@ MEASURED = (
     "rise_time",
     "approach_velocity",
     *ERRORS,
-    SHARED,
+    *SHARED_ERRORS,
     "probability",
     *COUNTS,
     "stop_probability",
@@ -44,7 +45,7 @@ def filled(name: str, values: np.ndarray, left: np.ndarray, right: np.ndarray) -
     """Values of a column at inserted impacts, from the neighbours `left` and `right`."""
     if name in ERRORS:
         return np.full(len(left), np.inf)
-    if name in (*PROBABILITIES, SHARED):
+    if name in (*PROBABILITIES, *SHARED_ERRORS):
         return np.zeros(len(left))
     if name in COUNTS:
         return np.full(len(left), COUNTS[name])
@@ -150,7 +151,7 @@ def column(name: str, value: Any, length: int) -> np.ndarray:
     array = vector(name, value, length)
     if name in PROBABILITIES:
         _require(name, array, (array >= 0) & (array <= 1), "probabilities, 0 to 1")
-    elif name == SHARED:
+    elif name in SHARED_ERRORS:
         _require(name, array, array >= 0, "standard errors, 0 or greater")
     elif name in COUNTS:
         least = COUNTS[name]
@@ -160,17 +161,17 @@ def column(name: str, value: Any, length: int) -> np.ndarray:
     return array
 
 
-def require_part(shared: np.ndarray | None, error: np.ndarray | None) -> None:
-    """Raise InvalidInput where more of an instant's error is shared than there is of it."""
+def require_part(name: str, shared: np.ndarray | None, error: np.ndarray | None) -> None:
+    """Raise InvalidInput where more of an error is shared, in the column `name`, than there is."""
     if shared is None:
         return
     whole = np.zeros(len(shared)) if error is None else error
     if np.any(shared > whole):
         where = int(np.argmax(shared > whole))
         raise InvalidInput(
-            SHARED,
-            f"{shared[where]:.9g} s at index {where}",
-            f"at most time_error, {whole[where]:.9g} s",
+            name,
+            f"{shared[where]:.9g} at index {where}",
+            f"at most {SHARED_ERRORS[name]}, {whole[where]:.9g}",
             "It is a part of it: give both, or None for errors that are independent",
         )
 

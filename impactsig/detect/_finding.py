@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._trains.impact_columns import ERRORS, SHARED
+from .._trains.impact_columns import ERRORS, SHARED_ERRORS
 from ..errors import InvalidInput
 from ..impacts import KINDS, Disturbance
 from ._both_ways import detect_both_ways, other_way
@@ -79,7 +79,10 @@ def _described(
 ) -> tuple[Columns, dict[str, Any]]:
     """Columns of what was found in a force record, and what there is to say of it."""
     rate, unit, start = source.head.rate, source.head.unit, source.head.start
-    names = ("time", "contact_time", "peak", "impulse", "rise_time", *ERRORS, SHARED, "probability")
+    names = (
+        *("time", "contact_time", "peak", "impulse", "rise_time"),
+        *(*ERRORS, *SHARED_ERRORS, "probability"),
+    )
     if found is None:
         columns: Columns = {name: np.empty(0) for name in names} | {"flags": np.empty(0, np.uint8)}
         reason = "the record is constant, or too short to show its noise"
@@ -99,7 +102,7 @@ def _described(
         impulse / rate,
         rise / rate,
         *(found.errors / (rate, rate, 1.0, rate)).T,
-        found.shared / rate,
+        *(found.shared / (rate, 1.0)).T,
         found.probability,
     )
     columns = dict(zip(names, values, strict=True)) | {"flags": found.flags}

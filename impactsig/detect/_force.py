@@ -23,6 +23,7 @@ from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
+from .pulses.shape.shared_shape import LEAST as LEAST_ALIKE
 from .pulses.shape.shared_shape import nothing_told, share_shape
 from .search.direction import direction
 from .search.disturbances import disturbances
@@ -104,7 +105,7 @@ def detect_force(
         if not sign:
             sign, either = direction(record, grid, scale, constant)
         limit = record.highest if sign > 0 else -record.lowest
-        found = Found(longest, scale, constant)
+        found = Found(longest, scale, constant, wanted.contact_level == 0)
         for frame in frames(pieces(), size):
             if frame.offset == 0:
                 total = next(length for first, length in record.segments if first == frame.segment)
@@ -267,12 +268,16 @@ class _Search:
             Disturbance("burst", start + segment, end - start, height)
             for start, end, height in span.bursts
         ]
-        if len(rows):
+        few = len(rows) < LEAST_ALIKE
+        if not few:
             share_shape(rows, samples, origin, self.wanted.contact_level == 0, self.told)
         if len(dropouts):
             cut_off(rows, dropouts)
+        if len(rows) and few:
+            self.found.few.add(rows, samples, origin)
         rows[:, 0] += segment
-        self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
+        results = rows[:, :ROW] if few else rows[:, :ROW].copy()  # without what is kept of fits
+        self.found.add(results, probability, span, judge.usual_level, grid.rungs.width)
 
     @staticmethod
     def _took_out(span: Span, crests: np.ndarray) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..impacts import CLIPPED, Disturbance
 from .pulses.edges import ERRORS, FIT, SHARED
+from .pulses.shape.few_pulses import FewPulses
 from .search.disturbances import joined
 from .search.span import Span, united
 from .search.spans import LEAST
@@ -23,7 +24,7 @@ class ForceImpacts(NamedTuple):
 
     columns: np.ndarray  # (n, 5): start, contact, peak, impulse, rise
     errors: np.ndarray  # (n, 4): standard errors of the first four
-    shared: np.ndarray  # what starts within a second share of theirs
+    shared: np.ndarray  # (n, 2): what starts and peaks within a second share of theirs
     flags: np.ndarray
     sure: np.ndarray  # height over noise
     probability: np.ndarray  # that they are impacts
@@ -59,8 +60,9 @@ def stretches_of(found: ForceImpacts) -> np.ndarray:
 class Found:
     """The results so far."""
 
-    def __init__(self, longest: float, scale: float, constant: float) -> None:
+    def __init__(self, longest: float, scale: float, constant: float, timed: bool) -> None:
         self.longest, self.scale, self.constant = longest, scale, constant
+        self.few = FewPulses(timed)
         self.rows = [np.empty((0, ROW))]
         self.probability = [np.empty(0)]
         self.noise: list[np.ndarray] = []
@@ -94,6 +96,7 @@ class Found:
 
     def result(self, sign: float, limit: float) -> ForceImpacts:
         """The final result; `limit` is the extreme value in the direction of the pulses."""
+        self.few.finish()
         rows = np.concatenate(self.rows)
         order = np.argsort(rows[:, 0], kind="stable")
         rows = rows[order]
@@ -111,12 +114,14 @@ class Found:
         columns[:, 2:4] *= back
         errors = rows[:, ERRORS:SHARED].copy()
         errors[:, 2:] *= back
+        shared = rows[:, SHARED:FIT].copy()
+        shared[:, 1] *= back
         tiny = np.finfo(float).tiny
         response = float(noise[rung]) if noise[rung] > 2 * tiny else 0.0
         return ForceImpacts(
             columns,
             errors,
-            np.minimum(rows[:, SHARED], errors[:, 0]),
+            np.minimum(shared, errors[:, (0, 2)]),
             flags,
             rows[:, 8],
             np.concatenate(self.probability)[order],

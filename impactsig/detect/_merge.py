@@ -47,7 +47,7 @@ def merge(columns: Columns, within: float) -> Columns:
             merged[name] = np.sqrt(np.add.reduceat(values**2, first))
         elif name == "probability":
             merged[name] = 1.0 - np.multiply.reduceat(1.0 - values, first)
-        elif name in ("peak", "peak_error"):
+        elif name in ("peak", "peak_error", "shared_peak_error"):
             merged[name] = values[greatest]
         elif name == "rise_time":
             merged[name] = columns["time"][greatest] + values[greatest] - columns["time"][first]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .._trains.impact_columns import ERRORS, MEASURED, SHARED
+from .._trains.impact_columns import ERRORS, MEASURED, SHARED_ERRORS
 from ..impacts import flag_names
 from .contents import printable
 
@@ -131,7 +131,7 @@ def download(impacts: Impacts, stem: str) -> Download:
     for name in MEASURED:
         values = getattr(impacts, name)
         if values is not None:
-            digits = 3 if name in (*ERRORS, SHARED) else 7
+            digits = 3 if name in (*ERRORS, *SHARED_ERRORS) else 7
             columns[name] = [f"{value:.{digits}g}" for value in values]
     columns["flags"] = [str(flags) for flags in impacts.flags]
     lines = (",".join(row) for row in (columns, *zip(*columns.values(), strict=True)))

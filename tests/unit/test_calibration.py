@@ -47,6 +47,33 @@ def test_standard_errors_are_those_of_many_fits(given, through_zero):
     assert np.all(np.abs(np.mean(z, axis=0)) < 0.15)
 
 
+@pytest.mark.parametrize("through_zero", [False, True])
+@pytest.mark.parametrize("power", [0.0, 1.0])
+def test_what_all_errors_share_no_number_of_loads_takes_away(power, through_zero):
+    rng = np.random.default_rng(4)
+    load = np.linspace(5.0, 60.0, 40)
+    reading = load / 8.0
+    of_reading, of_load = 0.01 * reading**power, 0.004 * load**power
+    z = []
+    for _ in range(600):
+        x, y = (
+            true + of * (0.8 * rng.standard_normal(40) + 0.6 * rng.standard_normal())
+            for true, of in ((reading, of_reading), (load, of_load))
+        )
+        fit = fit_calibration(
+            x,
+            y,
+            reading_error=of_reading,
+            load_error=of_load,
+            shared_reading_error=0.6 * of_reading,
+            shared_load_error=0.6 * of_load,
+            through_zero=through_zero,
+        )
+        z.append((fit.scale * 3.0 + fit.offset - 24.0) / fit.error(3.0))
+    # The shared part is in the errors that the points are weighted by, too.
+    assert 0.85 < np.std(z) < 1.07
+
+
 def test_an_exact_line_and_a_recording():
     fit = fit_calibration([0.0, 1.0, 2.0], [3.0, 5.0, 7.0], unit="N")
     assert (fit.scale, fit.offset) == (pytest.approx(2.0), pytest.approx(3.0))
@@ -65,6 +92,13 @@ def test_an_exact_line_and_a_recording():
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"load_error": 0.0}, "load_error"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"unit": 3}, "unit: got 3; required: text"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"reading_error": [1.0, 1.0]}, "reading_error"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"shared_load_error": 0.1}, "load_error, and no more"),
+        (
+            [1.0, 2.0, 3.0],
+            [1.0, 2.0, 3.0],
+            {"reading_error": 0.2, "shared_reading_error": [0.1, 0.1, 0.3]},
+            "shared_reading_error",
+        ),
     ],
 )
 def test_refusals(reading, load, more, words):
@@ -94,6 +128,10 @@ def test_a_hammer_of_known_mass():
                 (getattr(train, what)[own], getattr(train, f"{what}_error")[own])
                 for train, own in ((hammer, blows), (cell, cells))
             )
+            shared = {}
+            if what == "peak":
+                shared["shared_reading_error"] = cell.shared_peak_error[cells]
+                shared["shared_load_error"] = mass * hammer.shared_peak_error[blows]
             fit = fit_calibration(
                 of_cell[0],
                 mass * of_hammer[0],
@@ -101,9 +139,10 @@ def test_a_hammer_of_known_mass():
                 load_error=mass * of_hammer[1],
                 through_zero=True,
                 unit="N",
+                **shared,
             )
             error = np.sqrt(fit.covariance[0, 0])
             z.append((fit.scale - 1 / gain) / error)
             errors.append(error * gain)
-    assert np.sqrt(np.mean(np.square(z))) < 1.6
-    assert max(errors) < 2e-3  # of the scale
+    assert np.sqrt(np.mean(np.square(z))) < 1.3
+    assert max(errors) < 3e-3  # of the scale

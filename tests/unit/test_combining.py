@@ -79,6 +79,19 @@ def test_of_what_a_sensor_shares_as_much_counts_as_its_weight():
     np.testing.assert_allclose(one.shared_time_error, 0.8e-6)
 
 
+def test_of_a_peak_all_errors_are_those_of_the_sensor_that_measured_it():
+    truth = np.arange(1.0, 30.0)
+    weak, strong = (
+        Impacts(truth, peak=peak, peak_error=0.1 * peak, shared_peak_error=0.04 * peak)
+        for peak in (np.full(29, 1.0), np.where(truth > 9.5, 2.0, 0.5))
+    )
+    both = combine_impacts([weak, strong]).impacts
+    np.testing.assert_allclose(both.peak, np.where(truth > 9.5, 2.0, 1.0))
+    np.testing.assert_allclose(both.shared_peak_error, 0.04 * both.peak)
+    alone = replace(strong, shared_peak_error=None)
+    assert combine_impacts([weak, alone]).impacts.shared_peak_error is None
+
+
 def test_two_load_cells_tell_the_stops_apart():
     rng = np.random.default_rng(5)
     truth = np.cumsum(rng.uniform(0.02, 0.08, 600))

@@ -34,6 +34,8 @@ def train():
         peak=[1.0, 2.0, 3.0],
         time_error=[1e-6] * 3,
         shared_time_error=[1e-7] * 3,
+        peak_error=[0.1] * 3,
+        shared_peak_error=[0.05] * 3,
         probability=[0.9, 0.6, 0.9],
         settings={"threshold": 0.1},
     )
@@ -64,6 +66,7 @@ def test_impacts_are_put_in_moved_and_taken_out():
     assert done.flags.tolist() == [EDITED, EDITED, 0]
     assert done.time_error.tolist() == [np.inf, np.inf, 1e-6]
     assert done.shared_time_error.tolist() == [0.0, 0.0, 1e-7]
+    assert done.shared_peak_error.tolist() == [0.05, 0.0, 0.05]
     assert done.probability.tolist() == [1.0, 1.0, 0.9]
     assert done.settings["threshold"] == 0.1
     lines = done.settings["corrections"]

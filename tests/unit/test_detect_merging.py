@@ -72,3 +72,4 @@ def test_a_merged_impact_has_the_flags_of_all_its_parts():
     np.testing.assert_array_equal(merged.flags, [OPEN_START | CLIPPED, 0])
     np.testing.assert_array_equal(merged.time, every.time[[0, 3]])
     assert merged.peak[0] == every.peak.max()
+    assert merged.shared_peak_error[0] == every.shared_peak_error[every.peak.argmax()]

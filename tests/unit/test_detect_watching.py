@@ -142,7 +142,7 @@ def test_a_kernel_is_followed_while_it_runs(monkeypatch):
     [
         ("simulation.run", impactsig.scenes.karpodinis(22.1), {"periods": 7}, 7, " periods"),
         ("simulation.run", impactsig.scenes.karpodinis(22.1), {"duration": 0.3}, 0.3, " s"),
-        ("simulate.flows.flow_motion", impactsig.flows.rossler(), {"duration": 9.0}, 9.0, " s"),
+        ("simulation.flows.flow_motion", impactsig.flows.rossler(), {"duration": 9.0}, 9.0, " s"),
     ],
 )
 def test_a_run_tells_how_far_it_is(monkeypatch, module, system, asked, total, unit):

@@ -278,9 +278,11 @@ def test_the_covariance_of_intervals_is_one(seed, count):
 
 
 @pytest.mark.parametrize("error", [None, [2e-6, 1e-6]])
-def test_no_more_of_an_error_is_shared_than_there_is(error):
-    with pytest.raises(InvalidInput, match=r"shared_time_error.*at most time_error"):
-        Impacts([1.0, 2.0], time_error=error, shared_time_error=[1.5e-6, 1.5e-6])
+@pytest.mark.parametrize("what", ["time", "peak"])
+def test_no_more_of_an_error_is_shared_than_there_is(what, error):
+    columns = {f"{what}_error": error, f"shared_{what}_error": [1.5e-6, 1.5e-6]}
+    with pytest.raises(InvalidInput, match=f"shared_{what}_error.*at most {what}_error"):
+        Impacts([1.0, 2.0], **columns)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import impactsig
 from benchmarks.recordings import load_cell
@@ -12,6 +13,7 @@ from impactsig.detect.sound._attack_kernels import (
     DEPENDENT,
     MOST_TOGETHER,
     counting_as_one,
+    samples_that_tell,
     split_variance,
     variance_change,
 )
@@ -58,6 +60,23 @@ def test_variance_of_a_split_is_that_of_its_probability():
     # Of 14 parts, six lie at the split, six one away and two two away.
     assert split_variance(gains, 0, 4, 1.0) == pytest.approx((6 * 1 + 2 * 4) / 14 + 1 / 12)
     assert split_variance(-np.ones(9), 0, 4, 1.0) == pytest.approx(4**2 / 3)
+
+
+@pytest.mark.parametrize("rise", [1.1, 4.0, 300.0])
+def test_no_better_is_an_attack_known_than_its_rise_tells(rise):
+    normal, root = stats.norm(), np.sqrt(rise)
+    louder = stats.norm(scale=root)
+    told = normal.expect(lambda x: normal.logpdf(x) - louder.logpdf(x))
+    squares = np.concatenate((np.full(30, 2.0), np.full(70, 2.0 * rise)))
+    assert samples_that_tell(squares, 30, 1.5) == pytest.approx(1.5 / told)
+    assert samples_that_tell(squares[::-1].copy(), 70, 1.5) == np.inf
+    assert samples_that_tell(np.zeros(9), 4, 1.0) == np.inf
+
+
+def test_where_nothing_rises_no_attack_is_known_well():
+    # One is 2.8 ms late, where the power rises by 2 %, and stated a fifth of a millisecond.
+    off, error = errors(record("own", 22_050, 6.0, 462, noise="white")).T
+    assert np.abs(off / error).max() < 8.0
 
 
 def test_dependent_squares_count_as_fewer():

@@ -12,8 +12,8 @@ from ..signal.order_kernels import centre_of
 
 NO_PULSE = -1  # flags of a stretch that turned out not to stand out
 ERRORS = 10  # first column of the standard errors of start, contact, peak and impulse
-SHARED = 14  # what pulses of one span share of that of start
-FIT = 15  # first column of what is kept of a fit, see `fit_errors.py`
+SHARED, SHARED_PEAK = 14, 15  # what pulses of one span share of those of start and peak
+FIT = 16  # first column of what is kept of a fit, see `fit_errors.py`
 
 
 class Baseline(NamedTuple):

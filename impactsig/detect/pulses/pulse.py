@@ -28,7 +28,17 @@ from ._extent import Place, extent_of, level_out, stands_out, summit
 from ._fit import Fit, descend, room_to_fit
 from ._fit import Room as FitRoom
 from ._model import MAX_POINTS, PARAMETERS, START, parts_of, put_parameters
-from .edges import ERRORS, FIT, NO_PULSE, SHARED, crest_at, crossing, integral, touch
+from .edges import (
+    ERRORS,
+    FIT,
+    NO_PULSE,
+    SHARED,
+    SHARED_PEAK,
+    crest_at,
+    crossing,
+    integral,
+    touch,
+)
 from .fit_errors import (
     BASE,
     ESTIMATE,
@@ -301,4 +311,4 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
         errors = pulse.errors
         out[k, ERRORS], out[k, ERRORS + 1] = errors.start, errors.contact
         out[k, ERRORS + 2], out[k, ERRORS + 3] = errors.peak, errors.impulse
-        out[k, SHARED] = 0.0
+        out[k, SHARED] = out[k, SHARED_PEAK] = 0.0

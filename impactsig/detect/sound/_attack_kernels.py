@@ -9,6 +9,7 @@ from ._lane_kernels import logarithms
 
 DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
 MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
+SURE = 0.7  # of what a rise lets expect: no better is an attack known
 CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
 LAGS = 8  # that are summed in vector lanes
 _NONE, _ONE = np.uint64(0), np.uint64(1)
@@ -51,7 +52,7 @@ def attack(x, at, valid, scale, gains):
     variance rises in neither. `gains` is scratch of (2, 3, 2 reach + 1).
 
     The variance is that of the probability of all splits within reach, and of the place between
-    two samples.
+    two samples; and no less than such a rise has on the mean.
     """
     first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
     last = min(at + scale.forward * scale.hop, valid[1])
@@ -66,7 +67,11 @@ def attack(x, at, valid, scale, gains):
             best, split, gain = k, place, gained
     together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
     earliest = at - first - scale.reach
-    return first + split, split_variance(gains[best, 0], earliest, split, 2.0 * together)
+    variance = split_variance(gains[best, 0], earliest, split, 2.0 * together)
+    least = SURE * min(
+        samples_that_tell(squares[best], split, together), scale.reach / np.sqrt(3.0)
+    )
+    return first + split, max(variance, least * least)
 
 
 @njit(nogil=True)
@@ -98,6 +103,25 @@ def counting_as_one(squares, split, gain, lags):
         together += 2.0 * max(totals[lag] / alone, 0.0)
     jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
     return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
+
+
+@njit(nogil=True)
+def samples_that_tell(squares, split, together):
+    """Squares before the split that make it e times less likely, on the mean; inf for no rise.
+
+    Of independent ones whose mean rises by r at the split, each tells (ln r - 1 + 1/r) / 2. So well
+    is the split of such a rise known; a single great square may make it seem known better.
+    """
+    before = after = 0.0
+    for i in range(split):
+        before += squares[i] / split
+    for i in range(split, len(squares)):
+        after += squares[i] / (len(squares) - split)
+    if not after > before:
+        return np.inf
+    rise = after / before if before > 1e-30 * after else 1e30
+    told = 0.5 * (np.log(rise) - 1.0 + 1.0 / rise)
+    return together / told if told > 0.0 else np.inf
 
 
 @njit(nogil=True)

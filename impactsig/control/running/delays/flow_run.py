@@ -1,7 +1,7 @@
 """Kernel for a flow under delayed feedback.
 
 As `run`, for any number of coordinates and without impacts, by the steps of
-`simulate.flows.flow_steps`. The feedback is added to the rate of the coordinate that it is of.
+`simulation.flows.flow_steps`. The feedback is added to the rate of the coordinate that it is of.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Kernel for an oscillator under delayed feedback, from event to event.
 
-As `simulate.stepping.stepping`, by the same contacts and rows of events, with the control force
+As `simulation.stepping.stepping`, by the same contacts and rows of events, with the control force
 among what acts. Beside the events of the oscillator a step ends where the rows of the delay line
 do: see `rows`. Steps are of the Runge-Kutta method or power series: see `_steps`.
 """
@@ -73,7 +73,7 @@ def run(
     `laps` are the delays for which an event, and the reaching of the limit, is a place where what
     is fed back is not smooth.
     """
-    # A long body, for the reason that `simulate.stepping.stepping.run` gives.
+    # A long body, for the reason that `simulation.stepping.stepping.run` gives.
     spent = 0
     count[ROW_COUNT] = 0
     turned = False

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from .._model import POWER, POWERS, parts_of
-from ..edges import ERRORS, FIT, SHARED
+from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
 from ._touch import STRETCHES, add_edges, read_touch
@@ -121,6 +121,7 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
         if row[FIT + UNIT] > 0.0:
             row[2] *= 1.0 + crest
             row[ERRORS + 2] = math.sqrt(row[ERRORS + 2] ** 2 + peak * row[2] ** 2)
+            row[SHARED_PEAK] = math.sqrt(row[SHARED_PEAK] ** 2 + peak * row[2] ** 2)
 
 
 @kernel

@@ -17,7 +17,7 @@ import numpy as np
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
 from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
-from ..edges import ERRORS, FIT, SHARED
+from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import (
     BESIDE,
     EDGE,
@@ -313,6 +313,7 @@ def _measure(row, i, fits, shape, timed, alone, work):
     if kept[UNIT] > 0.0:
         row[2] = new[0] * kept[UNIT]
         row[ERRORS + 2] = math.sqrt(peak + kept[BESIDE + 2]) * kept[UNIT]
+        row[SHARED_PEAK] = math.sqrt(max(of_peaks, 0.0)) * kept[UNIT]
 
 
 @kernel

@@ -20,6 +20,7 @@ SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
 TAPS = 16  # samples on either side that a value between samples is made of
 UNSURE = 1.5  # what noise counts for, of shifts far from each other: its colour is little known
+TAIL = 0.3  # of the power after a wave, that tells how late it is: samples in a row are alike
 _NONE = np.uint64(0)
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
@@ -188,14 +189,15 @@ def fit_shift(y, first, far, shift, shifts, weight):
 
 
 @njit(nogil=True)
-def likeliest(response, far, stride, rows, power, expected, spread):
+def likeliest(response, after, far, stride, rows, power, expected, spread):
     """Most probable shift of at most `far`, and the posterior mean square about it.
 
     The logarithm of the probability of a shift is the square of the `response` of the matched
     filter, greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution
-    about the `expected` shift has there, `spread` wide. Its crests more than a sample apart count;
-    a parabola through three responses gives the height of a crest. Shifts are those of `respond`,
-    with `rows` waves.
+    about the `expected` shift has there, `spread` wide. With that square counts what is heard
+    `after` the wave at every whole shift from -far on: of a ringing sound it would be noise, were
+    the wave as early as that. Crests more than a sample apart count; a parabola through three
+    responses gives the height of one. Shifts are those of `respond`, with `rows` waves.
     """
     offset = (rows - 1) // 2 / rows
     most, at = -np.inf, np.nan
@@ -208,7 +210,8 @@ def likeliest(response, far, stride, rows, power, expected, spread):
             part = 0.5 * (a - c) / (a - 2.0 * b + c)
             height = b - 0.25 * (a - c) * part
             place = (k + part) * stride / rows - far // stride * stride - offset
-            value = 0.5 * height * height / power
+            whole = min(max(int(place + far + 0.5), 0), 2 * far)
+            value = 0.5 * (height * height + after[whole]) / power
             value -= math.log(1.0 + ((place - expected) / spread) ** 2)
             if turn == 0:
                 if value > most:
@@ -244,9 +247,15 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
         moved = shifts[ROWS // 2 + move]
         for k in range(len(moved)):
             weighted[row, k] = taper[k] * moved[k]
-    sums = np.empty((4, 2 * (far // stride) + 1))
+    sums, after = np.empty((4, 2 * (far // stride) + 1)), np.empty(2 * far + 1)
+    end = first + len(middle) - len(middle) // 6  # the taper is at a half there
+    tail = TAIL * energy if clear > 0.0 else 0.0  # while the wave is learned it may end anywhere
     for i in range(len(sounds)):
         y = sounds[i]
+        noise = 0.0
+        for k in range(quiet):
+            noise += y[k] * y[k]
+        noise *= total / quiet
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
             response = respond(y, first, reach, stride, weighted, sums)
@@ -256,19 +265,22 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             response = respond(y, first, far, stride, weighted, sums)
             start = coarse_shift(y, first, far, stride, weighted, response)
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-            power = UNSURE * colour * energy * left / total
+            # At the wrong shift noise is taken for sound, and less than there is of it is left.
+            sample = max(left, noise) / total
+            power = UNSURE * colour * energy * sample
             if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
+                after[2 * far], least = 0.0, min(left, noise) / total
+                for k in range(2 * far - 1, -1, -1):
+                    here = y[end - far + k]
+                    after[k] = after[k + 1] + tail * (here * here - least)
                 start, beyond = likeliest(
-                    response, far, stride, len(weighted), power, place, spread
+                    response, after, far, stride, len(weighted), power, place, spread
                 )
                 if abs(start - shift) > 1.0:
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-        noise = 0.0
-        for k in range(quiet):
-            noise += y[k] * y[k]
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
-        out[i, 4], out[i, 5] = noise / quiet * total, beyond
+        out[i, 4], out[i, 5] = noise, beyond
 
 
 @njit(nogil=True)
