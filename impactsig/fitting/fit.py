@@ -205,6 +205,7 @@ def fit_oscillator(
             problems[kind] = Problem(
                 sought[0], known, sought[1], frequency, train, rng[kind], advance=advance
             )
+            problems[kind].refuse_unread()
         return _fit(_likeliest(problems), impacts, used)
 
 

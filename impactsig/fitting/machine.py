@@ -17,6 +17,8 @@ from .trains.echoes import Echoes
 
 MISFIT = 0.01
 """Of the p-value of all trains."""
+CONTRADICTED = 1e-3
+"""Chance that trains of one machine disagree as much, below which they contradict each other."""
 DECIDED = 100.0
 """Logarithm of the odds from which another kind is ruled out."""
 
@@ -60,6 +62,10 @@ class MachineFit(Shown):
         Of all trains together, by Fisher's method from those of the runs.
     warnings : tuple of str
         What to know before the numbers are used.
+    agreement : float
+        Chance that trains of one machine disagree as much on what they share: what each tells of
+        it, by the errors of that. Below 0.001 they contradict each other, and the intervals are
+        widened by as much as they do.
     kind : {"rigid", "soft", "two-sided", "echo"}
         The likeliest kind of machine: with one rigid stop, a soft one, two rigid ones on either
         side, or one rigid stop whose impacts have echoes.
@@ -94,6 +100,7 @@ class MachineFit(Shown):
     periodic: tuple[int, ...]
     unlocked: tuple[int, ...]
     p_value: float
+    agreement: float
     warnings: tuple[str, ...]
     kind: str
     log_odds: Mapping[str, float]
@@ -153,6 +160,7 @@ def machine_of_runs(
     kind: str,
     log_odds: Mapping[str, float],
     heard: Echoes | None,
+    agreement: float,
 ) -> MachineFit:
     """The machine, from each train beside the oscillator that all share.
 
@@ -164,6 +172,8 @@ def machine_of_runs(
     covariance : ndarray
     aside : Aside
         The trains that were not used.
+    agreement : float
+        Chance that trains of one machine disagree as much; see `MachineFit`.
     """
     from scipy.special import gammaincc
 
@@ -192,6 +202,14 @@ def machine_of_runs(
             f"trains left aside (counted from 0): {named}. Their impacts come at all phases of the "
             "forcing alike; check that their forcing_period is right to 0.2 %"
         )
+    if agreement < CONTRADICTED:
+        warnings.append(
+            "the trains contradict each other: what each tells of the machine lies farther from "
+            "what the others tell than its errors allow (agreement "
+            f"{agreement:.1g}). The intervals are widened by that much, but one machine may not "
+            "have made them all, or the search has gone astray: compare fits of some of the trains "
+            "or with another `seed`"
+        )
     if p_value <= MISFIT:
         warnings.append(
             "misfit: the trains are farther from simulated ones than these are from each other, "
@@ -210,6 +228,7 @@ def machine_of_runs(
         aside.periodic,
         aside.unlocked,
         p_value,
+        agreement,
         tuple(warnings),
         kind,
         {name: float(odds) for name, odds in log_odds.items()},

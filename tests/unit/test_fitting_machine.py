@@ -182,7 +182,7 @@ def test_periodic_trains_are_left_aside_and_amplitudes_may_be_the_same():
 def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
     runs = tuple(replace(run, p_value=1 / 41) for run in fitted.runs)
     found = machine_of_runs(
-        runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}, None
+        runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}, None, 1.0
     )
     assert found.p_value == pytest.approx((1 + 2 * math.log(41)) / 41**2)  # of Fisher's two
     assert found.misfit
