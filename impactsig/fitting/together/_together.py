@@ -53,7 +53,7 @@ class Joint(NamedTuple):
         return self.agreement < CONTRADICTED
 
     def widened(self) -> Joint:
-        """With errors as large as the disagreement shows them to be (Birge's ratio)."""
+        """With errors as large as the disagreement shows them to be [Birge1932]_."""
         if not self.contradicts:
             return self
         return self._replace(covariance=self.covariance * self.squares / self.freedom)
