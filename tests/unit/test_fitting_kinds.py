@@ -333,8 +333,7 @@ def test_errors_grow_where_trains_contradict_each_other():
         Joint(np.zeros((2, 6)), [], [], np.eye(3), 0.0, squares, 2) for squares in (13.0, 14.0)
     )
     assert agreeing.agreement == pytest.approx(math.exp(-6.5))  # of two degrees of freedom
-    assert agreeing.widened() is agreeing
-    np.testing.assert_allclose(not_agreeing.widened().covariance, 7 * np.eye(3))
+    assert (agreeing.widening, not_agreeing.widening) == (1.0, 7.0)
 
 
 # -- which kind it is --------------------------------------------------------------------------

@@ -76,7 +76,7 @@ def disagreement(layout: Layout, laid: list[Laid | None]) -> tuple[float, int]:
         total += pull
         trains += 1
     squares -= float(total @ np.linalg.solve(information, total))
-    return squares, len(shared) * max(trains - 1, 0)
+    return max(squares, 0.0), len(shared) * max(trains - 1, 0)
 
 
 def gathered(layout: Layout, laid: list[Laid | None]) -> tuple[np.ndarray, np.ndarray]:

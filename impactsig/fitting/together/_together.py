@@ -52,11 +52,10 @@ class Joint(NamedTuple):
         """Whether the trains disagree by more than chance does."""
         return self.agreement < CONTRADICTED
 
-    def widened(self) -> Joint:
-        """With errors as large as the disagreement shows them to be [Birge1932]_."""
-        if not self.contradicts:
-            return self
-        return self._replace(covariance=self.covariance * self.squares / self.freedom)
+    @property
+    def widening(self) -> float:
+        """Variances, as large as a disagreement shows them to be, by those stated [Birge1932]_."""
+        return self.squares / self.freedom if self.contradicts else 1.0
 
 
 def together(

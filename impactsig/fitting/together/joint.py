@@ -146,7 +146,7 @@ def fit_trains(
         mine = _candidate(best.kind, measured, frequencies, asked, heard, None, None)
         if mine is not None and (not mine.joint.contradicts or mine.evidence > best.evidence):
             found[best.kind] = best = mine
-    joint = best.joint.widened()
+    joint = best.joint
     if best.kind == "echo":
         assert heard is not None
         trains = [one[~echo] for one, echo in zip(trains, heard.which, strict=True)]
@@ -161,8 +161,8 @@ def fit_trains(
         for kind in asked.kinds
     }
     return machine_of_runs(
-        runs, _shared(best.problems[0].free, asked.common), joint.covariance, aside,
-        best.kind, odds, heard, joint.agreement,
+        runs, _shared(best.problems[0].free, asked.common), joint.widening * joint.covariance,
+        aside, best.kind, odds, heard, joint.agreement,
     )  # fmt: skip
 
 
@@ -320,6 +320,7 @@ def _run(
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
     verdict = judged(problem, psi, covariance)
+    covariance[: len(names), : len(names)] *= joint.widening
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
 
 
