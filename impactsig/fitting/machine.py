@@ -144,6 +144,8 @@ class MachineFit(Shown):
     def _kinds(self) -> str:
         others = [f"{name} {odds:.0f}" for name, odds in self.log_odds.items() if name != self.kind]
         told = "" if self.decided else "undecided; likeliest "
+        if self.misfit:
+            told = "none explains the trains; likeliest "
         return f"{told}{self.kind} (log odds of the others: {', '.join(others)})"
 
     plot = drawn_on_figure_by("machine_fit", "it")

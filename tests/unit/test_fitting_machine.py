@@ -189,6 +189,10 @@ def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
     assert found.p_value == pytest.approx((1 + 2 * math.log(41)) / 41**2)  # of Fisher's two
     assert found.misfit
     assert "misfit" in found.warnings[-1]
+    compared = replace(found, log_odds={"rigid": 0.0, "soft": -500.0})
+    assert compared.describe().startswith("none explains the trains; likeliest rigid (log odds")
+    right = replace(compared, p_value=0.5)
+    assert right.describe().startswith("rigid (log odds")
 
 
 def test_errors_are_those_by_which_the_trains_contradict_each_other(fitted, monkeypatch):
