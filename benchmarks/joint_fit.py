@@ -34,7 +34,7 @@ from impactsig import Impacts, InvalidInput, fit_oscillator, measure, scenes, si
 from impactsig.fitting._machine import as_train
 from impactsig.fitting.orbits._path_kernels import Chain
 from impactsig.fitting.orbits.followed import Followed, Seen, _hard
-from impactsig.fitting.together._together import Layout, _gathered, _stepped, covariance_of
+from impactsig.fitting.together._steps import Layout, covariance_of, gathered, stepped
 
 RESULTS = Path(__file__).parent / "results"
 RUNS, COUNT, JITTER = 8, 500, 0.005
@@ -133,14 +133,14 @@ def told_at_truth(truth: dict[str, float], runs: list, unit: str) -> tuple[float
         true.append(as_it_was(seen, (motion.time - impacts.start) * frequency, motion))
     theta = np.array(thetas)
     laid = [orbit.laid(own) for orbit, own in zip(true, theta, strict=True)]
-    gradient, information = _gathered(layout, laid)
+    gradient, information = gathered(layout, laid)
     spread = np.linalg.inv(information)
     noise = -(spread @ gradient)[0] / np.sqrt(spread[0, 0])
     laid = [
         None if orbit is None else orbit.laid(own) for orbit, own in zip(orbits, theta, strict=True)
     ]
     anywhere = np.full(theta.shape, -np.inf), np.full(theta.shape, np.inf)
-    moved = _stepped(layout, theta, orbits, anywhere)[0]
+    moved = stepped(layout, theta, orbits, anywhere)[0]
     return float(np.sqrt(covariance_of(layout, laid)[0, 0])), float(moved[0, 0]), float(noise)
 
 

@@ -93,7 +93,9 @@ def fit_oscillator(
     train, among states of simulated orbits [Rabiner1989]_, identifies the state at each impact,
     false impacts and missed ones; orbits fitted to all trains then determine the parameters. This
     is repeated for each of `kinds`, and the result is the most likely kind, with the odds of the
-    others.
+    others. If the trains contradict each other by more than their errors, the search is repeated,
+    up to twice, and errors are multiplied by the remaining sqrt(chi^2 / degrees of freedom)
+    [Birge1932]_.
 
     For 2000 impacts of a chaotic motion, with a jitter of 1 % of the mean interval, 2 % missed and
     1 % spurious, the standard errors of restitution coefficient, damping and amplitude are about
@@ -206,6 +208,7 @@ def fit_oscillator(
             problems[kind] = Problem(
                 sought[0], known, sought[1], frequency, train, rng[kind], advance=advance
             )
+            problems[kind].refuse_unread()
         return _fit(_likeliest(problems), impacts, used)
 
 

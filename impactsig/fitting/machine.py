@@ -17,6 +17,8 @@ from .trains.echoes import Echoes
 
 MISFIT = 0.01
 """Of the p-value of all trains."""
+CONTRADICTED = 1e-3
+"""Chance that trains of one machine disagree as much, below which they contradict each other."""
 DECIDED = 100.0
 """Logarithm of the odds from which another kind is ruled out."""
 
@@ -63,6 +65,9 @@ class MachineFit(Shown):
         P-value of all trains together, by Fisher's method from those of the runs.
     warnings : tuple of str
         Warnings about the result.
+    agreement : float
+        P-value of the agreement of the trains on the common parameters, from what each train alone
+        determines. Below 0.001 the intervals are widened by the disagreement.
     kind : {"rigid", "soft", "two-sided", "echo"}
         The most likely kind of machine: with one rigid stop, one soft stop, rigid stops on both
         sides, or one rigid stop whose impacts have echoes.
@@ -97,6 +102,7 @@ class MachineFit(Shown):
     periodic: tuple[int, ...]
     unlocked: tuple[int, ...]
     p_value: float
+    agreement: float
     warnings: tuple[str, ...]
     kind: str
     log_odds: Mapping[str, float]
@@ -140,6 +146,8 @@ class MachineFit(Shown):
     def _kinds(self) -> str:
         others = [f"{name} {odds:.0f}" for name, odds in self.log_odds.items() if name != self.kind]
         told = "" if self.decided else "undecided; likeliest "
+        if self.misfit:
+            told = "none explains the trains; likeliest "
         return f"{told}{self.kind} (log odds of the others: {', '.join(others)})"
 
     plot = drawn_on_figure_by("machine_fit", "it")
@@ -156,6 +164,7 @@ def machine_of_runs(
     kind: str,
     log_odds: Mapping[str, float],
     heard: Echoes | None,
+    agreement: float,
 ) -> MachineFit:
     """The machine, from each train beside the oscillator that all share.
 
@@ -167,6 +176,8 @@ def machine_of_runs(
     covariance : ndarray
     aside : Aside
         The trains that were not used.
+    agreement : float
+        Chance that trains of one machine disagree as much; see `MachineFit`.
     """
     from scipy.special import gammaincc
 
@@ -195,6 +206,14 @@ def machine_of_runs(
             f"trains left aside (counted from 0): {named}. Their impacts come at all phases of the "
             "forcing alike; check that their forcing_period is right to 0.2 %"
         )
+    if agreement < CONTRADICTED:
+        warnings.append(
+            "the trains contradict each other: what each tells of the machine lies farther from "
+            "what the others tell than its errors allow (agreement "
+            f"{agreement:.1g}). The intervals are widened by that much, but one machine may not "
+            "have made them all, or the search has gone astray: compare fits of some of the trains "
+            "or with another `seed`"
+        )
     if p_value <= MISFIT:
         warnings.append(
             "misfit: the trains are farther from simulated ones than these are from each other, "
@@ -213,6 +232,7 @@ def machine_of_runs(
         aside.periodic,
         aside.unlocked,
         p_value,
+        agreement,
         tuple(warnings),
         kind,
         {name: float(odds) for name, odds in log_odds.items()},

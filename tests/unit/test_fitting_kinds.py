@@ -29,7 +29,15 @@ from impactsig.fitting.orbits.orbit_kernels import leg
 from impactsig.fitting.searching.simulated import chained
 from impactsig.fitting.together import _together, joint
 from impactsig.fitting.together._like_kernels import distances
-from impactsig.fitting.together._together import WIDEST, Joint, Layout, covariance_of
+from impactsig.fitting.together._steps import (
+    PHASE,
+    WIDEST,
+    Layout,
+    covariance_of,
+    disagreement,
+)
+from impactsig.fitting.together._together import Joint
+from impactsig.fitting.together._valleys import turned_trains
 from impactsig.fitting.together.joint import _without_echoes, mirrored
 from impactsig.fitting.trains.echoes import _dithered, echoes, without
 from impactsig.fitting.trains.partition import Train
@@ -274,6 +282,60 @@ def test_a_machine_with_two_stops_may_be_seen_from_either():
     assert mirrored(layout, found) is found
 
 
+def test_trains_seen_from_the_wrong_stop_are_turned():
+    """Impacts that alternate between two stops look alike half a forcing period later."""
+    layout, thetas, trains = Layout((0, 1, 5), (2, 4), 2), [], []
+    for seed, amplitude in ((1, 8.0), (2, 12.0)):
+        scene = scenes.karpodinis(60.0, damping_ratio=DAMPING, amplitude=amplitude)
+        scene = replace(scene, stops=STOPS["two-sided"])
+        impacts = simulate(scene, periods=300, transient=200).impacts[:250]
+        seen = measure(impacts, jitter=0.005 / 60, missed=0.02, spurious=0.01, seed=seed).impacts
+        x, chain = (seen.time - seen.start) * 60, Chain(0.005, 0.02, 0.01)
+        trains.append(Seen(60.0, x, np.ones(len(x) - 1, bool), "two-sided", chain))
+        logs = np.log((DAMPING, amplitude, scenes.NATURAL_FREQUENCY / 60))
+        phase = 2 * math.pi * seen.start * 60
+        thetas.append([RESTITUTION, *logs, phase, math.log(FAR)])
+    true = np.array(thetas)
+    anywhere = np.full(true.shape, -np.inf), np.full(true.shape, np.inf)
+    for wrong in ([], [1], [0, 1]):
+        theta = true.copy()
+        theta[wrong, PHASE] += math.pi
+        rng = np.random.default_rng(1)
+        found, turned = turned_trains(layout, theta, trains, anywhere, rng)
+        assert turned == bool(wrong)
+        off = (found - true)[:, PHASE] / (2 * math.pi)
+        np.testing.assert_allclose(off, np.rint(off), atol=0.02)
+
+
+def told(estimate, error, coupling=0.0, own=4e4):
+    """What a train tells of a shared parameter beside one of its own, away from its estimate."""
+    precision = 1 / error**2 + coupling**2 / own  # so that the error stands with its own free
+    information = np.zeros((6, 6))
+    information[np.ix_((0, 4), (0, 4))] = [[precision, coupling], [coupling, own]]
+    return Laid(0.0, information @ [-estimate, 0, 0, 0, 0, 0], information, None, 0.01)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 3e3])
+def test_disagreement_of_trains_is_chi_squared(coupling):
+    """Of two estimates their difference by its error, squared; whatever they have in common."""
+    layout = Layout((0,), (4,), 3)
+    first, second = told(-0.004, 0.01, coupling), told(0.036, 0.03, coupling)
+    squares, freedom = disagreement(layout, [first, None, second])
+    assert freedom == 1
+    assert squares == pytest.approx(0.04**2 / (0.01**2 + 0.03**2), rel=2e-3)
+    same, freedom = disagreement(layout, [told(0.02, 0.01), told(0.02, 0.03), told(0.02, 0.02)])
+    assert (same, freedom) == (pytest.approx(0.0, abs=1e-3), 2)
+    assert disagreement(Layout((), (4,), 2), [first, second]) == (0.0, 0)
+
+
+def test_errors_grow_where_trains_contradict_each_other():
+    agreeing, not_agreeing = (
+        Joint(np.zeros((2, 6)), [], [], np.eye(3), 0.0, squares, 2) for squares in (13.0, 14.0)
+    )
+    assert agreeing.agreement == pytest.approx(math.exp(-6.5))  # of two degrees of freedom
+    assert (agreeing.widening, not_agreeing.widening) == (1.0, 7.0)
+
+
 # -- which kind it is --------------------------------------------------------------------------
 
 
@@ -358,7 +420,7 @@ def test_rounds_go_on_while_the_parameters_drift(monkeypatch, pace, further, rou
         return Joint(theta, seen, [None, None], 0.05**2 * np.eye(6), 0.0)
 
     monkeypatch.setattr(_together, "_round", round_)
-    monkeypatch.setattr(_together, "_elsewhere", lambda layout, theta, *_: theta)
+    monkeypatch.setattr(_together, "elsewhere", lambda layout, theta, *_: theta)
     found = _together.together(
         layout, np.zeros((2, 6)), [None, None], (None, None), np.random.default_rng(1), None
     )

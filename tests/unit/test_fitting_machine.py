@@ -13,6 +13,7 @@ import pytest
 matplotlib.use("Agg")
 
 from matplotlib import pyplot
+from scipy.special import chdtri
 
 from benchmarks import joint_fit
 from impactsig import InvalidInput, fit_oscillator, measure, scenes, simulate
@@ -21,6 +22,7 @@ from impactsig.fitting.machine import Aside, machine_of_runs
 from impactsig.fitting.orbits._path import course
 from impactsig.fitting.orbits._path_kernels import Chain
 from impactsig.fitting.orbits.followed import Followed, Seen
+from impactsig.fitting.together import _together, joint
 from impactsig.fitting.trains.balance import Courses, Values, forcings
 from tests.fitting import NATURAL, chaos
 
@@ -182,11 +184,40 @@ def test_periodic_trains_are_left_aside_and_amplitudes_may_be_the_same():
 def test_runs_that_are_no_train_of_the_oscillator_are_a_misfit(fitted):
     runs = tuple(replace(run, p_value=1 / 41) for run in fitted.runs)
     found = machine_of_runs(
-        runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}, None
+        runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}, None, 1.0
     )
     assert found.p_value == pytest.approx((1 + 2 * math.log(41)) / 41**2)  # of Fisher's two
     assert found.misfit
     assert "misfit" in found.warnings[-1]
+    compared = replace(found, log_odds={"rigid": 0.0, "soft": -500.0})
+    assert compared.describe().startswith("none explains the trains; likeliest rigid (log odds")
+    right = replace(compared, p_value=0.5)
+    assert right.describe().startswith("rigid (log odds")
+
+
+def test_errors_are_those_by_which_the_trains_contradict_each_other(fitted, monkeypatch):
+    assert fitted.agreement > 1e-3
+    assert not any("contradict" in one for one in fitted.warnings)
+    monkeypatch.setattr(_together, "CONTRADICTED", 1.0)  # as if any trains did
+    monkeypatch.setattr(joint, "AGAIN", 0)
+    trains = [instants(frequency, 1) for frequency in FREQUENCIES]
+    periods = [1 / frequency for frequency in FREQUENCIES]
+    found = fit_oscillator(
+        trains, periods, ["restitution", "amplitude"], scene=scenes.karpodinis(), seed=1
+    )
+    squares = chdtri(1, found.agreement)  # of two trains that share one parameter
+    np.testing.assert_allclose(found.covariance, squares * fitted.covariance)
+    for wide, one in zip(found.runs, fitted.runs, strict=True):
+        assert wide.p_value == one.p_value
+        np.testing.assert_allclose(wide.covariance, squares * one.covariance)
+
+
+def test_trains_that_contradict_each_other_are_told(fitted):
+    given = fitted.runs, fitted.free, fitted.covariance, Aside((), ()), "rigid", {"rigid": 0.0}
+    found = machine_of_runs(*given, None, 1e-9)
+    assert found.agreement == 1e-9
+    assert "contradict each other" in found.warnings[-1]
+    assert "1e-09" in found.warnings[-1]
 
 
 FULL = {"natural_frequency": NATURAL}

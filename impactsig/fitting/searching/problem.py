@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,6 @@ class Problem:
         self.share = min(1.0, LONGEST / len(self.train.x))
         whole = np.diff(self.train.x)[self.train.joined].sum()
         self.periods = int(np.ceil(whole * self.share))
-        self.scale = self._scale()
 
     @property
     def machine(self) -> str:
@@ -119,8 +119,30 @@ class Problem:
         moments[train.counts <= self.moments.partition.length + 1] = np.nan
         return FAR * np.tanh((moments - self.measured) / self.scale / FAR)
 
-    def _scale(self) -> np.ndarray:
+    @cached_property
+    def scale(self) -> np.ndarray:
         """Rough scatter of the measured moments, from blocks of the train."""
+        parts, blocks = self._parts
+        scatter = np.std(parts, axis=0) / np.sqrt(blocks)
+        return np.where(scatter > 0, scatter, np.inf)
+
+    def refuse_unread(self) -> None:
+        """Refuse a train of whose blocks hardly one has moments.
+
+        The search by moments needs them; an orbit beside many trains does not.
+        """
+        parts, blocks = self._parts
+        if len(parts) < 2:
+            raise InvalidInput(
+                "impacts",
+                f"{len(self.train.x)} impacts, of whose {blocks} parts {len(parts)} can be read",
+                "some in most parts that follow each other without a gap, five at a time",
+                "A second stop, a soft one, or friction cannot be fitted",
+            )
+
+    @cached_property
+    def _parts(self) -> tuple[list[np.ndarray], int]:
+        """Moments of the blocks that have some, and the number of all."""
         blocks = min(BLOCKS, len(self.train.x) // 50)
         size = len(self.train.x) // blocks
         parts = []
@@ -131,12 +153,4 @@ class Problem:
             (part,) = self.moments(Train(self.train.x[own], strength, joined))
             if np.isfinite(part).all():
                 parts.append(part)
-        if len(parts) < 2:
-            raise InvalidInput(
-                "impacts",
-                f"{len(self.train.x)} impacts, of whose {blocks} parts {len(parts)} can be read",
-                "some in most parts that follow each other without a gap, five at a time",
-                "A second stop, a soft one, or friction cannot be fitted",
-            )
-        scatter = np.std(parts, axis=0) / np.sqrt(blocks)
-        return np.where(scatter > 0, scatter, np.inf)
+        return parts, blocks

@@ -20,7 +20,7 @@ from ..searching.problem import Problem
 from ..trains.balance import TURN, Courses, Values, courses, forcings
 from ..trains.partition import mean_phases
 from ._like_kernels import CAP, distances
-from ._together import AMPLITUDE, PHASE
+from ._steps import AMPLITUDE, PHASE
 
 LED = 6
 """Dampings at which the restitution coefficient that the balance leads to is a beginning."""

@@ -28,7 +28,8 @@ from ..trains.balance import TURN
 from ..trains.echoes import Echoes, echoes, without
 from ..trains.partition import Train
 from ._beginnings import amplitudes_like, balanced, simulated_like
-from ._together import AMPLITUDE, PHASE, WIDEST, Joint, Layout, nearest, together
+from ._steps import AMPLITUDE, PHASE, WIDEST, Layout
+from ._together import Joint, nearest, together
 
 FEWEST = 100
 """Impacts of a train, below which its words cannot be compared."""
@@ -37,6 +38,7 @@ NEAR = 0.1
 and beyond which it is given up before its last rounds, beyond twice as much after the first."""
 NESTED = {"rigid", "soft"}  # one of which is a limit of the other
 LEAST_SECOND = 0.02  # share of the impacts on a second stop, below which it has none
+AGAIN = 2  # times that a machine whose trains contradict each other is sought anew
 COUNTED = 10
 """Simulated trains in which impacts are counted that pass for echoes."""
 SPEED = 0.3
@@ -138,13 +140,20 @@ def fit_trains(
             if mine is not None and mine.evidence > one.evidence:
                 found[kind] = mine
     best = _likeliest(found)
+    for _ in range(AGAIN):
+        if not best.joint.contradicts:
+            break
+        mine = _candidate(best.kind, measured, frequencies, asked, heard, None, None)
+        if mine is not None and (not mine.joint.contradicts or mine.evidence > best.evidence):
+            found[best.kind] = best = mine
+    joint = best.joint
     if best.kind == "echo":
         assert heard is not None
         trains = [one[~echo] for one, echo in zip(trains, heard.which, strict=True)]
     else:
         heard = None
     runs = tuple(
-        _run(problem, impacts, k, best.layout, best.joint, heard)
+        _run(problem, impacts, k, best.layout, joint, heard)
         for k, (problem, impacts) in enumerate(zip(best.problems, trains, strict=True))
     )
     odds = {
@@ -152,8 +161,8 @@ def fit_trains(
         for kind in asked.kinds
     }
     return machine_of_runs(
-        runs, _shared(best.problems[0].free, asked.common), best.joint.covariance, aside,
-        best.kind, odds, heard,
+        runs, _shared(best.problems[0].free, asked.common), joint.widening * joint.covariance,
+        aside, best.kind, odds, heard, joint.agreement,
     )  # fmt: skip
 
 
@@ -311,6 +320,7 @@ def _run(
     covariance[: len(names), : len(names)] = joint.covariance[np.ix_(place, place)]
     followed = 0.0 if orbit is None else float(orbit.led.sum() / max(seen.joined.sum(), 1))
     verdict = judged(problem, psi, covariance)
+    covariance[: len(names), : len(names)] *= joint.widening
     return outcome(problem, impacts, None, Estimate(psi, covariance, followed), verdict)
 
 
