@@ -75,7 +75,9 @@ def ranked(
     found = np.empty(len(first), np.int64)
     tree = np.zeros(len(values) + 1, np.int32)
     ranked_between(order, first, last, rank, tree, found)
-    return np.append(values, values.dtype.type(0))[found]
+    out = values[found] if len(values) else np.zeros(len(found), values.dtype)
+    out[found < 0] = 0
+    return out
 
 
 def number_as_high(
@@ -123,6 +125,12 @@ def middle(values: np.ndarray) -> float:
     """Median, in a fraction of numpy's time."""
     ordered = np.sort(values)
     return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
+
+
+def middles(rows: np.ndarray) -> np.ndarray:
+    """Median of each column."""
+    ordered = np.sort(rows, axis=0)
+    return np.asarray(0.5 * (ordered[(len(rows) - 1) // 2] + ordered[len(rows) // 2]))
 
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from .._nearby import middle
 from .._survey import SAMPLED, Passage
 
 LOUD = 0.7  # [neper], of crests whose tails are measured
@@ -61,4 +62,4 @@ def decay_rate(place: np.ndarray, loud: np.ndarray, loudness: np.ndarray, second
     none = count == 0.0
     frames = SAMPLED * np.where(none, first, index / np.maximum(count, 1.0)) - start
     fallen = height - left / np.maximum(count, 1.0)
-    return float(np.median(fallen / (seconds * frames)))
+    return middle(fallen / (seconds * frames))

@@ -391,7 +391,10 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
     """
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
-    blocks, which = np.unique(place // BLOCK, return_inverse=True)
+    block = place // BLOCK
+    new = np.ones(len(place), bool)
+    new[1:] = block[1:] != block[:-1]  # places ascend
+    blocks, which = block[new], np.cumsum(new) - 1
     first = per * np.maximum(blocks - reach, 0)
     last = np.minimum(per * (blocks + reach + 1), len(rise))
     if silent.any():

@@ -47,7 +47,8 @@ def mains_notes(time: np.ndarray) -> tuple[str, ...]:
     if len(time) < TRAIN:
         return ()
     interval = np.diff(time)
-    share = [float(np.mean(np.abs(interval - 1.0 / mains) < EXACT)) for mains in MAINS]
+    equal = [np.count_nonzero(np.abs(interval - 1.0 / mains) < EXACT) for mains in MAINS]
+    share = [int(count) / len(interval) for count in equal]
     most = int(np.argmax(share))
     if share[most] < MOST:
         return ()

@@ -102,20 +102,26 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
     background. `earlier` and `following` are the powers beside those of the frames.
     """
     lag, count = earlier.shape[1], power.shape[1]
-    risen = np.zeros(len(frames))
+    risen, group = np.zeros(len(frames)), frames // per
+    which, rises, growths = np.empty_like(frames), np.empty(len(frames)), np.empty(len(frames))
     out[:] = 0.0
     for b in range(power.shape[0]):
+        some = 0
         for k in range(len(frames)):
             i = frames[k]
             now = power[b, i]
             then = earlier[b, i] if i < lag else power[b, i - lag]
-            base = max(then, TIMES_BACKGROUND * background[b, i // per])
+            base = max(then, TIMES_BACKGROUND * background[b, group[k]])
             if now > base > 0.0:
                 j = i + later
                 ahead = power[b, j] if j < count else following[b, j - count]
-                rise = np.log(now / base)
-                risen[k] += rise
-                out[k] += rise * np.log(max(ahead, base) / now)
+                which[some], rises[some], growths[some] = k, now / base, max(ahead, base) / now
+                some += 1
+        logarithms(rises[:some])
+        logarithms(growths[:some])
+        for m in range(some):
+            risen[which[m]] += rises[m]
+            out[which[m]] += rises[m] * growths[m]
     for k in range(len(frames)):
         out[k] = out[k] / risen[k] if risen[k] > 0.0 else 0.0
 

@@ -72,7 +72,7 @@ class Gate:
         hop, past = self.scale.hop, self.scale.past
         next_held = min(core + past + 1, power.shape[1] - 1)  # a silence there has its power
         self.silent = None
-        if not power[0].all():
+        if not power[0, slice(*real)].all():
             closed = np.empty(power.shape[1], np.bool_)
             silent_frames(power, *real, closed)
             if closed.any():

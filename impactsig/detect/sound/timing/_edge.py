@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from .._nearby import middle
+from .._nearby import middle, middles
 from ._shared_modes_kernels import accumulate
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
@@ -75,9 +75,9 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper = np.hanning(count + 2)[1:-1]
-    powers = np.sort(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0)
-    spectrum = 0.5 * (powers[(len(quiet) - 1) // 2] + powers[len(quiet) // 2]) / np.sum(taper**2)
-    spectrum = np.convolve(np.pad(spectrum, 2, mode="reflect"), SMOOTH, mode="valid") + error
+    spectrum = middles(np.abs(np.fft.rfft(quiet * taper)) ** 2) / np.sum(taper**2)
+    reflected = np.concatenate((spectrum[2:0:-1], spectrum, spectrum[-2:-4:-1]))
+    spectrum = np.convolve(reflected, SMOOTH, mode="valid") + error
     above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
     density = middle(spectrum[above])
     if not density > 0.0:

@@ -12,7 +12,16 @@ import numpy as np
 
 from .._nearby import middle
 from ._edge import PARTS, responses, step_modes
-from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
+from ._shared_modes_kernels import (
+    NOTHING,
+    ROWS_AT_ONCE,
+    add_rings,
+    leave,
+    orthonormal,
+    place,
+    project,
+    weigh,
+)
 
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -126,22 +135,17 @@ class Model:
         return self._at(np.arange(-self.near, self.near + 1))
 
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
+        """Rows of Q' and K' at each shift, (shifts, rows, samples), behind rows of zeros.
 
         With the diagonal of K'K and what lies beside it, (3, shifts).
         """
         modes, beyond = self.parts
+        columns = np.concatenate((modes, beyond))
         size = modes.shape[1] // PARTS - 2 * self.reach
-        index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
-        q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
-        rest = beyond[:, index].transpose(1, 2, 0)
-        if rest.any():  # as behind a filter
-            rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
-        square = rest.transpose(0, 2, 1) @ rest
-        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
-        basis = np.empty((len(shift), q.shape[2] + 2, size))
-        basis[:, :-2], basis[:, -2:] = q.transpose(0, 2, 1), rest.transpose(0, 2, 1)
-        return basis, gram
+        rows = -(-len(columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
+        basis, grams = np.empty((len(shift), rows, size)), np.empty((3, len(shift)))
+        orthonormal(columns, len(modes), PARTS, PARTS * self.reach, shift, basis, grams)
+        return basis, grams
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
@@ -204,7 +208,7 @@ class Model:
             return
         energy, fine = self._near(held, there, origin)
         left = np.empty(len(energy))
-        for impulse in PRIORS:
+        for impulse in PRIORS if self.parts[1].any() else PRIORS[:1]:  # without a filter all same
             prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
             for _ in range(2):
                 floor = self.noise, error

@@ -152,7 +152,8 @@ class SharedModes:
             fits = self._model(usable, few, plain, crossed[:, 0].copy()) if alike else None
             if self.model is None and self.rate <= SLOW:
                 self.crossing = middle(self._abruptness(usable)) < ABRUPT
-                self.spread = HALF_WAVES * float(np.nanmedian(crossed[:, 1]))
+                above = crossed[np.isfinite(crossed[:, 1]), 1]
+                self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
                 timed[LEARN:] = self._timed(waves[LEARN:])
