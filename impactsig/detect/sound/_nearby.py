@@ -73,8 +73,7 @@ def ranked(
             return out
         order = np.argsort(values)
     found = np.empty(len(first), np.int64)
-    tree = np.zeros(len(values) + 1, np.int32)
-    ranked_between(order, first, last, rank, tree, found)
+    ranked_between(order, first, last, rank, found)
     out = values[found] if len(values) else np.zeros(len(found), values.dtype)
     out[found < 0] = 0
     return out

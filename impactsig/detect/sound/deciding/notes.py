@@ -83,9 +83,12 @@ def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     if survey.backgrounds.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
-    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
-    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
-    if share < GATED or stretches < STRETCHES:
+    count = sum(int(np.count_nonzero(part)) for part in silent)
+    share = count * GROUP * survey.scale.hop / samples
+    if share < GATED:
+        return ()
+    stretches = sum(int(np.count_nonzero(part[1:] & ~part[:-1])) for part in silent)
+    if stretches < STRETCHES:
         return ()
     return (
         f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...._compiling.compiled import allocating, njit
-from .._lane_kernels import logarithms
+from .._lane_kernels import logarithms, sum_of
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
@@ -157,17 +157,18 @@ def background(noise, per, means, first, nearby, out):
 @njit(nogil=True)
 def group_means(power, heard, per, out):
     """Mean power of the audible frames of each group, or of all if none is."""
+    counts = np.empty(out.shape[1], np.int64)
     for g in range(out.shape[1]):
-        begin, end = g * per, min((g + 1) * per, power.shape[1])
-        count = heard[begin:end].sum()
-        every = count == 0 or count == end - begin
-        for b in range(out.shape[0]):
+        counts[g] = heard[g * per : (g + 1) * per].sum()
+    for b in range(out.shape[0]):
+        row = power[b]
+        for g in range(out.shape[1]):
+            begin, end = g * per, min((g + 1) * per, power.shape[1])
+            if counts[g] == 0 or counts[g] == end - begin:
+                out[b, g] = sum_of(row[begin:end]) / (end - begin)
+                continue
             total = 0.0
-            if every:
-                for k in range(begin, end):
-                    total += power[b, k]
-            else:
-                for k in range(begin, end):
-                    if heard[k]:
-                        total += power[b, k]
-            out[b, g] = total / (end - begin if every else count)
+            for k in range(begin, end):
+                if heard[k]:
+                    total += row[k]
+            out[b, g] = total / counts[g]

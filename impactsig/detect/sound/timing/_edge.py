@@ -57,6 +57,7 @@ def responses() -> tuple[np.ndarray, ...]:
     return cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()
 
 
+@functools.lru_cache(maxsize=8)
 def high_pass(rate: float) -> np.ndarray:
     """Taps of the linear-phase high-pass filter applied before comparing sounds."""
     reach = round(HIGH_PASS_REACH * rate)
@@ -129,7 +130,8 @@ def step_modes(
         fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
         weights = _SIMPSON * np.exp(exponents[:, None] * np.arange(step + 1) / PER_SAMPLE)
         cells.real, cells.imag = weights.real @ fine, weights.imag @ fine
-        slopes = np.gradient(wide) * PER_SAMPLE
+        slopes = np.zeros(len(wide))  # as both ends are
+        slopes[1:-1] = (0.5 * PER_SAMPLE) * (wide[2:] - wide[:-2])
         beyond = np.stack(
             [part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)]
         )

@@ -34,6 +34,7 @@ MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, a
 LEFT = 0.1  # share of the energy of rings, beyond noise, that no shared modes leave
 MODULI = 0.7, 0.9995
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
+BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # that another prior adds, by determinants
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
@@ -161,7 +162,8 @@ class Model:
         known = np.isfinite(guess)
         first = np.floor(np.where(known, guess, -1e6) + 0.5).astype(np.int64) - self.lead
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
-        sounds, first = sounds[which], first[which]
+        if len(which) < len(sounds):
+            sounds, first = sounds[which], first[which]
         energy, whole = self._projections(sounds, first, basis)
         fine = np.empty((len(which), 3, 2 * self.near + 1))
         unknown = np.full(len(which), -1)
@@ -200,8 +202,11 @@ class Model:
         leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
         return middle(left - self.freedom * self.noise / energy) if len(left) else np.inf
 
-    def learn(self, held: Projected, least: float) -> None:
-        """Set the prior and the error that make the sounds most probable."""
+    def learn(self, held: Projected, least: float, beaten: float = -np.inf) -> None:
+        """Set the prior and the error that make the sounds most probable.
+
+        The first prior has to do where no other one can come up to an evidence of `beaten`.
+        """
         self.evidence = -np.inf
         there, origin, _ = self._origins(held)
         if len(there) < LEAST:
@@ -220,6 +225,8 @@ class Model:
             if not evidence > self.evidence:
                 return  # it has one maximum
             self.evidence, self.prior, self.error = evidence, prior, error
+            if evidence < beaten - BY_PRIOR:
+                return
 
     def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Those that start somewhere, the sample at which a fit begins, and a variance.
@@ -245,6 +252,8 @@ class Model:
             held.energy_there[some], held.fine[some] = self._projections(
                 held.sounds[some], origin[moved], self.fine[0]
             )
+        if len(there) == len(held.fine):
+            return held.energy_there, held.fine
         return held.energy_there[there], held.fine[there]
 
     def _projections(
@@ -295,15 +304,18 @@ def chosen_model(
     None if they share no modes, or are more probable without any filter. `unlike` is the share of
     the energy that the modes of sounds that share them leave at most.
     """
+    some, near = sounds[few], guess[few]
 
     def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
         model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
-        return model, model.projected(sounds[few], guess[few])
+        return model, model.projected(some, near)
 
-    def learned(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+    def learned(
+        exponents: np.ndarray, response: np.ndarray | None, beaten: float = -np.inf
+    ) -> tuple[Model, Projected]:
         model, held = projected(exponents, response)
-        model.learn(held, EXACT)
+        model.learn(held, EXACT, beaten)
         return model, held
 
     choices, folded = shared_exponents(sounds, guess, noise, rate)
@@ -327,8 +339,11 @@ def chosen_model(
     if model.evidence < unfiltered - CERTAIN:
         return None
     tried = [(model, held, common)]
-    tried += [(*learned(first, response), response) for response in rare]
-    tried.sort(key=lambda item: -item[0].evidence)
+    rank = LIKELY if others or folded else 1  # how many are of use
+    for response in rare:
+        beaten = tried[rank - 1][0].evidence if len(tried) >= rank else -np.inf
+        tried.append((*learned(first, response, beaten), response))
+        tried.sort(key=lambda item: -item[0].evidence)
     likely = [response for _, _, response in tried[:LIKELY]]
     best, best_held, _ = tried[0]
     for exponents in others:
