@@ -34,21 +34,18 @@ def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: f
 
 
 def crowd(
-    place: np.ndarray,
     height: np.ndarray,
-    asked: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
     within: float,
-    seconds: float,
     share: np.ndarray,
     order: np.ndarray,
 ) -> np.ndarray:
-    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
+    """Height that CRESTS a second reach `within` of places, by the crests there; 0 if fewer.
 
-    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
+    These are those from `first` to before `last`. Of them, only a `share` of the time is heard: at least that share of them, and all at
     most. The geometric mean is asked for. `order` sorts the heights.
     """
-    reach = within / seconds
-    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
     return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
 
