@@ -43,8 +43,9 @@ def crowd(
 ) -> np.ndarray:
     """Height that CRESTS a second reach `within` of places, by the crests there; 0 if fewer.
 
-    These are those from `first` to before `last`. Of them, only a `share` of the time is heard: at least that share of them, and all at
-    most. The geometric mean is asked for. `order` sorts the heights.
+    These are those from `first` to before `last`. Of them, only a `share` of the time is heard: at
+    least that share of them, and all at most. The geometric mean is asked for. `order` sorts the
+    heights.
     """
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
     return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
