@@ -84,9 +84,9 @@ def counting_as_one(squares, split, gain, lags):
         end = at + np.uint64(last - first)
         mean, own = sum_of(squares[first:last]) / max(last - first, 1), away[at:end]
         if mean > 0.0:
-            part, factor = squares[first:last], 1.0 / mean
+            part = squares[first:last]
             for i in range(len(own)):
-                own[i] = part[i] * factor - 1.0
+                own[i] = part[i] / mean - 1.0
         alone += sum_of_squares(own)
         for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
             for i in range(at, end):

@@ -71,8 +71,7 @@ def ranked_between(order, first, last, rank, out):
     """out[k]: index of the rank[k]-th least of the values first[k] to last[k]; -1 if there is none.
 
     `order` sorts all values. Neither `first` nor `last` falls. Those in the window are counted by
-    their place in the order, in groups of TOGETHER places, groups of
-    groups, and so on.
+    their place in the order, in groups of TOGETHER places, groups of these, and so on.
     """
     count, begin, end = len(order), 0, 0
     place = np.empty(count, np.int64)
