@@ -58,8 +58,10 @@ def test_variance_of_a_split_is_that_of_its_probability():
     gains = -np.ones(9)
     gains[2:7] = np.log([1.0, 3.0, 6.0, 3.0, 1.0]) + 2.0
     # Of 14 parts, six lie at the split, six one away and two two away.
-    assert split_variance(gains, 0, 4, 1.0) == pytest.approx((6 * 1 + 2 * 4) / 14 + 1 / 12)
-    assert split_variance(-np.ones(9), 0, 4, 1.0) == pytest.approx(4**2 / 3)
+    assert split_variance(gains, 0, 4, 1.0, np.empty(9)) == pytest.approx(
+        (6 * 1 + 2 * 4) / 14 + 1 / 12
+    )
+    assert split_variance(-np.ones(9), 0, 4, 1.0, np.empty(9)) == pytest.approx(4**2 / 3)
 
 
 @pytest.mark.parametrize("rise", [1.1, 4.0, 300.0])

@@ -139,13 +139,14 @@ def test_what_goes_on_to_rise_is_measured():
         np.testing.assert_allclose(out[k], np.average(grown, weights=rise), rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", [float, np.float32])
-def test_ranked_values_are_those_of_sorted_windows(kind):
+@pytest.mark.parametrize(("kind", "count"), [(float, 90), (np.float32, 90), (float, 5000)])
+def test_ranked_values_are_those_of_sorted_windows(kind, count):
     rng = np.random.default_rng(5)
-    values = rng.integers(0, 12, 90).astype(kind)  # many are equal
-    first = np.sort(rng.integers(0, 91, 200))
-    last = np.maximum.accumulate(np.minimum(first + rng.integers(0, 30, 200), 90))
-    rank = rng.integers(-2, 32, 200)
+    values = rng.integers(0, count // 7, count).astype(kind)  # many are equal
+    first = np.sort(rng.integers(0, count + 1, 200))
+    last = np.minimum(first + rng.integers(0, count // 3, 200), count)
+    last = np.maximum.accumulate(last)
+    rank = rng.integers(-2, count // 3 + 2, 200)
     found = ranked(values, first, last, rank)
     assert found.dtype == kind
     for a, b, r, one in zip(first, last, rank, found, strict=True):

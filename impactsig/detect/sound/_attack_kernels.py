@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..._compiling.compiled import allocating, njit
-from ._lane_kernels import logarithms
+from ._lane_kernels import exponentials, logarithms, sum_of, sum_of_squares
 
 DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
 MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
@@ -67,7 +67,7 @@ def attack(x, at, valid, scale, gains):
             best, split, gain = k, place, gained
     together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
     earliest = at - first - scale.reach
-    variance = split_variance(gains[best, 0], earliest, split, 2.0 * together)
+    variance = split_variance(gains[best, 0], earliest, split, 2.0 * together, gains[0, 1])
     least = SURE * min(
         samples_that_tell(squares[best], split, together), scale.reach / np.sqrt(3.0)
     )
@@ -85,12 +85,13 @@ def counting_as_one(squares, split, gain, lags):
     away, totals = np.zeros(len(squares) + 2 * spare), np.zeros(spare)
     alone, together, at = 0.0, 1.0, _NONE
     for first, last in ((0, split), (split, len(squares))):
-        mean, end = 0.0, at + np.uint64(last - first)
-        for i in range(first, last):
-            mean += squares[i] / (last - first)
-        for i in range(at, end):
-            away[i] = squares[i - at + np.uint64(first)] / mean - 1.0 if mean > 0.0 else 0.0
-            alone += away[i] * away[i]
+        end = at + np.uint64(last - first)
+        mean, own = sum_of(squares[first:last]) / max(last - first, 1), away[at:end]
+        if mean > 0.0:
+            part = squares[first:last]
+            for i in range(len(own)):
+                own[i] = part[i] / mean - 1.0
+        alone += sum_of_squares(own)
         for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
             for i in range(at, end):
                 one, far = away[i], i + lag
@@ -124,22 +125,25 @@ def samples_that_tell(squares, split, together):
     return together / told if told > 0.0 else np.inf
 
 
-@njit(nogil=True)
-def split_variance(gains, first, split, together):
+@allocating
+def split_variance(gains, first, split, together, weights):
     """Variance of the split about `split`, with probability exp(gain / together).
 
     gains[i] is that of first + i, less than 0 where it is none. All are as likely if all are none.
+    `weights` is scratch.
     """
     greatest = gains.max()
     if greatest < 0.0:
         return (len(gains) // 2) ** 2 / 3.0
+    for i in range(np.uint64(len(gains))):
+        weights[i] = (gains[i] - greatest) / together
+    exponentials(weights)
     total = second = 0.0
     for i in range(len(gains)):
         if gains[i] >= 0.0:
-            weight = np.exp((gains[i] - greatest) / together)
             away = first + i - split
-            total += weight
-            second += weight * away * away
+            total += weights[i]
+            second += weights[i] * away * away
     return second / total + 1.0 / 12.0
 
 
@@ -193,10 +197,8 @@ def variance_change(squares, at, reach, gains):
     every split at - reach + i is left in gains[0, i], -1 where the mean does not rise; the other
     two rows are scratch.
     """
-    count, total = len(squares), 0.0
+    count, total = len(squares), sum_of(squares)
     gains[0] = -1.0
-    for k in range(count):
-        total += squares[k]
     mean, least = total / count, 1e-12 * total / count
     split, gain = at, -1.0
     begin, end = max(at - reach, 1), min(count, at + reach + 1)
@@ -237,15 +239,17 @@ def crest(x, split, valid, limits, scale):
     It is clipped if two samples in a row lie at the least or greatest sample of the record.
     """
     i0 = max(split - scale.past * scale.hop, valid[0])
-    base = 0.0
-    for i in range(i0, split):
-        base += x[i]
-    base /= max(split - i0, 1)
-    greatest, clipped, before = 0.0, 0.0, False
-    for i in range(split, min(split + scale.forward * scale.hop, valid[1])):
-        greatest = max(greatest, abs(x[i] - base))
-        extreme = x[i] <= limits[0] or x[i] >= limits[1]
-        if extreme and before:
+    base = sum_of(x[i0:split]) / max(split - i0, 1)
+    sound = x[split : min(split + scale.forward * scale.hop, valid[1])]
+    greatest, extreme, clipped = 0.0, 0, 0.0
+    for i in range(np.uint64(len(sound))):
+        away = abs(sound[i] - base)
+        greatest = away if away > greatest else greatest
+        extreme += (sound[i] <= limits[0]) | (sound[i] >= limits[1])
+    before = False
+    for i in range(len(sound) if extreme > 1 else 0):
+        now = sound[i] <= limits[0] or sound[i] >= limits[1]
+        if now and before:
             clipped = 1.0
-        before = extreme
+        before = now
     return greatest, clipped

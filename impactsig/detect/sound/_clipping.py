@@ -32,7 +32,7 @@ class Limits:
             self.least, self.at_least = least, 0
         if greatest > self.greatest:
             self.greatest, self.at_greatest = greatest, 0
-        some = samples[::SOME]
+        some = samples[::SOME].copy()
         self.seen += len(some)
         self.at_least += int(np.count_nonzero(some == self.least))
         self.at_greatest += int(np.count_nonzero(some == self.greatest))

@@ -108,10 +108,11 @@ def part_means(power, first, groups, per, real, parts, counted, silent):
             p = power[b, first + i * per : first + (i + 1) * per]
             total = ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]))
             parts[b, i] = total / per
-    for i in range(groups * each):
-        g, at = 2 + i // each, first + i * per
-        counted[i] = real[0] <= at and at + per <= real[1]
-        counted[i] &= not (silent[g - 1] or silent[g] or silent[g + 1])
+    for g in range(groups):
+        heard = not (silent[g + 1] or silent[g + 2] or silent[g + 3])
+        for i in range(g * each, (g + 1) * each):
+            at = first + i * per
+            counted[i] = heard and real[0] <= at and at + per <= real[1]
 
 
 @njit(nogil=True)
@@ -184,10 +185,12 @@ def octave_rise(after, before, background, weights, out):
             least = 2.0 * background[b, begin // BLOCK]
             now, then = after[b, begin : begin + size], before[b, begin : begin + size]
             # What needs no logarithm runs in vector lanes.
+            risen = 0
             for j in range(size):
                 base = then[j] if then[j] > least else least
                 ratio[j] = now[j] / base if now[j] > base > 0.0 else 1.0
-            for j in range(size):
+                risen += ratio[j] > 1.0
+            for j in range(size if risen else 0):
                 if ratio[j] > 1.0:
                     out[begin + j] += weights[b] * np.log(ratio[j])
 

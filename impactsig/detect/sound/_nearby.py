@@ -34,21 +34,19 @@ def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: f
 
 
 def crowd(
-    place: np.ndarray,
     height: np.ndarray,
-    asked: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
     within: float,
-    seconds: float,
     share: np.ndarray,
     order: np.ndarray,
 ) -> np.ndarray:
-    """Height that CRESTS a second reach `within` of each crest that is asked for; 0 if fewer.
+    """Height that CRESTS a second reach `within` of places, by the crests there; 0 if fewer.
 
-    Of these crests, only a `share` of the time is heard: at least that share of them, and all at
-    most. The geometric mean is asked for. `order` sorts the heights.
+    These are those from `first` to before `last`. Of them, only a `share` of the time is heard: at
+    least that share of them, and all at most. The geometric mean is asked for. `order` sorts the
+    heights.
     """
-    reach = within / seconds
-    first, last = np.searchsorted(place, (place[asked] - reach, place[asked] + reach))
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
     return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
 
@@ -73,9 +71,10 @@ def ranked(
             return out
         order = np.argsort(values)
     found = np.empty(len(first), np.int64)
-    tree = np.zeros(len(values) + 1, np.int32)
-    ranked_between(order, first, last, rank, tree, found)
-    return np.append(values, values.dtype.type(0))[found]
+    ranked_between(order, first, last, rank, found)
+    out = values[found] if len(values) else np.zeros(len(found), values.dtype)
+    out[found < 0] = 0
+    return out
 
 
 def number_as_high(
@@ -123,6 +122,12 @@ def middle(values: np.ndarray) -> float:
     """Median, in a fraction of numpy's time."""
     ordered = np.sort(values)
     return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
+
+
+def middles(rows: np.ndarray) -> np.ndarray:
+    """Median of each column."""
+    ordered = np.sort(rows, axis=0)
+    return np.asarray(0.5 * (ordered[(len(rows) - 1) // 2] + ordered[len(rows) // 2]))
 
 
 def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:

@@ -6,6 +6,9 @@ import numpy as np
 
 from ..._compiling.compiled import njit
 
+SIDE_BY_SIDE = 64  # frames that are looked at in vector lanes
+TOGETHER = 16  # places in an order, or groups of them, that are counted as one group
+
 
 @njit(nogil=True)
 def crests(rise, spacing, least, first, last, out):
@@ -14,18 +17,24 @@ def crests(rise, spacing, least, first, last, out):
     No rise within `spacing` frames is greater, nor one before it as great. Returns their number.
     """
     found = 0
-    for j in range(first, last):
-        if rise[j] < least or rise[j] == 0.0:
-            continue
-        greatest = True
-        for k in range(1, spacing + 1):
-            if rise[j - k] >= rise[j] or rise[j + k] > rise[j]:
-                greatest = False
-                break
-        if greatest:
-            out[found] = j
-            found += 1
+    for begin in range(first, last, SIDE_BY_SIDE):
+        end, some = min(begin + SIDE_BY_SIDE, last), 0
+        for j in range(np.uint64(begin), np.uint64(end)):
+            some += rise[j] >= least
+        for j in range(begin, end if some else begin):
+            if rise[j] >= least and rise[j] > 0.0 and stands_out(rise, j, spacing):
+                out[found] = j
+                found += 1
     return found
+
+
+@njit(nogil=True)
+def stands_out(rise, j, spacing):
+    """Whether no rise within `spacing` frames is greater, nor one before it as great."""
+    k = 1
+    while k <= spacing and rise[j - k] < rise[j] and rise[j + k] <= rise[j]:
+        k += 1
+    return k > spacing
 
 
 @njit(nogil=True)
@@ -58,44 +67,50 @@ def greatest_about(place, height, reach, queue, out):
 
 
 @njit(nogil=True)
-def ranked_between(order, first, last, rank, tree, out):
+def ranked_between(order, first, last, rank, out):
     """out[k]: index of the rank[k]-th least of the values first[k] to last[k]; -1 if there is none.
 
-    `order` sorts all values. Neither `first` nor `last` falls. `tree`, zeros, one more than there
-    are values, counts those in the window by their place in the order (a binary indexed tree).
+    `order` sorts all values. Neither `first` nor `last` falls. Those in the window are counted by
+    their place in the order, in groups of TOGETHER places, groups of these, and so on.
     """
     count, begin, end = len(order), 0, 0
     place = np.empty(count, np.int64)
     for r in range(count):
         place[order[r]] = r
-    top = 1
-    while 2 * top <= count:
-        top *= 2
+    level, size, room = 1, count, count + 1
+    while size > TOGETHER:
+        size = size // TOGETHER + 1
+        room += size + 1
+        level += 1
+    starts, counts = np.zeros(level, np.int64), np.zeros(room, np.int32)
+    size = count
+    for k in range(1, level):
+        starts[k] = starts[k - 1] + size + 1
+        size = size // TOGETHER + 1
     for k in range(len(out)):
         while end < last[k]:
-            add_count(tree, place[end], 1)
+            add_count(counts, starts, place[end], 1)
             end += 1
         while begin < min(first[k], end):
-            add_count(tree, place[begin], -1)
+            add_count(counts, starts, place[begin], -1)
             begin += 1
         out[k] = -1
         if 0 <= rank[k] < end - begin:
-            left, at, step = rank[k], 0, top
-            while step > 0:
-                if at + step <= count and tree[at + step] <= left:
-                    at += step
-                    left -= tree[at]
-                step //= 2
+            left, at = rank[k], 0
+            for one in range(level - 1, -1, -1):
+                at *= TOGETHER
+                while counts[starts[one] + at] <= left:
+                    left -= counts[starts[one] + at]
+                    at += 1
             out[k] = order[at]
 
 
 @njit(nogil=True)
-def add_count(tree, place, one):
+def add_count(counts, starts, place, one):
     """Count a value more or less at this place."""
-    k = place + 1
-    while k < len(tree):
-        tree[k] += one
-        k += k & -k
+    for k in range(len(starts)):
+        counts[starts[k] + place] += one
+        place //= TOGETHER
 
 
 @njit(nogil=True)

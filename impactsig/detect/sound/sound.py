@@ -59,6 +59,7 @@ from ._clipping import Limits
 from ._cores import cores_of, window_size
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
+from ._nearby import middles
 from ._survey import Survey
 from ._windows import windows
 from .deciding.calibrated import calibrated
@@ -207,7 +208,7 @@ def search(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     backgrounds = survey.backgrounds
-    noise = noise_rms(np.median(backgrounds.noise, axis=0), backgrounds.gains)
+    noise = noise_rms(middles(np.stack(backgrounds.noise)), backgrounds.gains)
     doubt = Doubt()
     chosen, likeliest, left_out = choose(survey, least_probability, rate, doubt)
     lengths = sound_lengths(rate, scale)
@@ -254,9 +255,10 @@ def search(
     swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
     # An attack that is off by more than the waveform can be shifted is laid a period beside it.
-    apart = np.abs(by_wave - np.nan_to_num(by_modes.shift))
+    by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
+    apart = np.abs(by_wave - by_mode)
     beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
-    within = np.abs(np.nan_to_num(by_modes.shift)) <= lengths.far
+    within = np.abs(by_mode) <= lengths.far
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     spread = rate * np.concatenate(spreads)
@@ -320,6 +322,8 @@ def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
 
     Two rises that only narrow bands tell of may have one attack, or theirs in reverse.
     """
+    if (instant[1:] > instant[:-1]).all():  # as nearly always
+        return np.arange(len(instant))
     order = np.lexsort((-likely, instant))
     return np.asarray(order[np.diff(instant[order], prepend=-np.inf) > 0])
 
@@ -330,8 +334,14 @@ def attack_errors(columns: np.ndarray) -> np.ndarray:
     Where a filter rings before impacts, it is heard earlier before some than before others, by
     about as much as most of them begin before they are clear.
     """
-    late = RINGING[1] * np.quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
+    late = RINGING[1] * quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
     return np.sqrt(columns[:, 3] + late**2)
+
+
+def quantile(values: np.ndarray, share: float) -> float:
+    """That of `np.quantile`, in a fraction of its time."""
+    ordered, place = np.sort(values), share * (len(values) - 1)
+    return float(np.interp(place, np.arange(len(values)), ordered))
 
 
 def scale_at(rate: float) -> Scale:

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from .._nearby import middle
 from .._survey import SAMPLED, Passage
 
 LOUD = 0.7  # [neper], of crests whose tails are measured
@@ -52,13 +53,13 @@ def decay_rate(place: np.ndarray, loud: np.ndarray, loudness: np.ndarray, second
     if np.count_nonzero(measured) < ENOUGH:
         return math.inf
     start, height, first, last = (v[measured] for v in (start, height, first, last))
-    heard = loudness > HEARD
-    sums = [
-        np.concatenate(([0.0], np.cumsum(np.where(heard, values, 0.0))))
-        for values in (np.ones(len(heard)), loudness, np.arange(len(heard)))
-    ]
-    count, left, index = (total[last] - total[first] for total in sums)
-    none = count == 0.0
-    frames = SAMPLED * np.where(none, first, index / np.maximum(count, 1.0)) - start
-    fallen = height - left / np.maximum(count, 1.0)
-    return float(np.median(fallen / (seconds * frames)))
+    heard = np.flatnonzero(loudness > HEARD)
+    begin, end = np.searchsorted(heard, (first, last))
+    left, index = (
+        total[end] - total[begin]
+        for total in (np.append(0.0, np.cumsum(values)) for values in (loudness[heard], heard))
+    )
+    count = np.maximum(end - begin, 1)
+    frames = SAMPLED * np.where(begin == end, first, index / count) - start
+    fallen = height - left / count
+    return middle(fallen / (seconds * frames))

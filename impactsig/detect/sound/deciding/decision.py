@@ -145,6 +145,8 @@ class Crests(NamedTuple):
     greatest: np.ndarray  # bool: none within ALONE exceeds it
     clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
     order: np.ndarray  # sorts the heights
+    first: np.ndarray  # of those within RATTLE_WITHIN of each
+    last: np.ndarray  # and before which they end
 
 
 def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
@@ -355,13 +357,14 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     greatest = height >= greatest_near(place, height, ALONE / seconds)
     borne_out = np.where(known, bands / needed, np.inf)
     clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
-    order = np.argsort(height)
-    return Crests(place, height, bands, borne_out, likelihood, greatest, clear, order)
+    order, reach = np.argsort(height), RATTLE_WITHIN / seconds
+    first, last = np.searchsorted(place, (place - reach, place + reach))
+    return Crests(place, height, bands, borne_out, likelihood, greatest, clear, order, first, last)
 
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests."""
-    place, height, _, borne_out, likelihood, greatest, clear, order = crests
+    place, height, _, borne_out, likelihood, greatest, clear, order, first, last = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = spread * (SIGMAS + SKEW * spread)
     evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
@@ -373,7 +376,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     loudest = greatest_near(place, height, RATTLE_WITHIN / seconds)[near]
     without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
     share = heard_share(silent, place[near], RATTLE_WITHIN, seconds)
-    reached = crowd(place, height, near, RATTLE_WITHIN, seconds, share, order)
+    reached = crowd(height, first[near], last[near], RATTLE_WITHIN, share, order)
     crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
@@ -391,7 +394,10 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
     """
     per = BLOCK // SAMPLED
     reach = round(RATTLE_WITHIN / (BLOCK * seconds))
-    blocks, which = np.unique(place // BLOCK, return_inverse=True)
+    block = place // BLOCK
+    new = np.ones(len(place), bool)
+    new[1:] = block[1:] != block[:-1]  # places ascend
+    blocks, which = block[new], np.cumsum(new) - 1
     first = per * np.maximum(blocks - reach, 0)
     last = np.minimum(per * (blocks + reach + 1), len(rise))
     if silent.any():
@@ -408,7 +414,7 @@ def odds_among(
     crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
 ) -> np.ndarray:
     """Log-odds of crests among all others around them; -inf if far below 0."""
-    place, height, bands, borne_out, likelihood, greatest, clear, order = crests
+    place, height, bands, borne_out, likelihood, greatest, clear, order, first, last = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):
         needed = np.maximum(
@@ -421,14 +427,17 @@ def odds_among(
     reach = RATTLE_WITHIN / seconds
     strong = height > AMONG * audible
     index = np.append(0, np.cumsum(strong))
-    first, last = np.searchsorted(place, (place - reach, place + reach))
     others = (index[last] - index[first] - strong) / (2.0 * RATTLE_WITHIN)
     odds += often_slope * np.log(others + 0.5)
     odds -= loud_slope * np.log(np.maximum(greatest_near(place, bands, reach), LEAST_LOUD))
     possible = np.minimum(OCTAVES_SLOPE * most, odds - 2.0 * crowd_slope * np.log(LEAST_CROWD))
     asked = possible > HOPELESS
-    for within in (RATTLE_WITHIN, SHORTLY):
-        share = heard_share(silent, place[asked], within, seconds)
-        reached = crowd(place, height, asked, within, seconds, share, order) / audible
+    at, near = place[asked], SHORTLY / seconds
+    for within, (begin, end) in (
+        (RATTLE_WITHIN, (first[asked], last[asked])),
+        (SHORTLY, np.searchsorted(place, (at - near, at + near))),
+    ):
+        share = heard_share(silent, at, within, seconds)
+        reached = crowd(height, begin, end, within, share, order) / audible
         odds[asked] -= crowd_slope * np.log(np.maximum(reached, LEAST_CROWD))
     return np.where(asked, np.minimum(OCTAVES_SLOPE * most, odds), -np.inf)

@@ -47,7 +47,8 @@ def mains_notes(time: np.ndarray) -> tuple[str, ...]:
     if len(time) < TRAIN:
         return ()
     interval = np.diff(time)
-    share = [float(np.mean(np.abs(interval - 1.0 / mains) < EXACT)) for mains in MAINS]
+    equal = [np.count_nonzero(np.abs(interval - 1.0 / mains) < EXACT) for mains in MAINS]
+    share = [int(count) / len(interval) for count in equal]
     most = int(np.argmax(share))
     if share[most] < MOST:
         return ()
@@ -82,9 +83,12 @@ def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     if survey.backgrounds.unresolved:
         return ()
     silent = [np.concatenate(passage.silent) for passage in survey.passages]
-    share = sum(int(part.sum()) for part in silent) * GROUP * survey.scale.hop / samples
-    stretches = sum(int(np.sum(part[1:] & ~part[:-1])) for part in silent)
-    if share < GATED or stretches < STRETCHES:
+    count = sum(int(np.count_nonzero(part)) for part in silent)
+    share = count * GROUP * survey.scale.hop / samples
+    if share < GATED:
+        return ()
+    stretches = sum(int(np.count_nonzero(part[1:] & ~part[:-1])) for part in silent)
+    if stretches < STRETCHES:
         return ()
     return (
         f"{share:.0%} of the record is digital silence, in {stretches} stretches, as a noise gate "

@@ -67,6 +67,8 @@ def most_odds(
     for them.
     """
     known = np.isfinite(sharp)
+    if not known.any():
+        return np.full(len(instant), np.inf)
     pool = known & likely
     first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
     middle = (last - first) // 2

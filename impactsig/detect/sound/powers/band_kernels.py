@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...._compiling.compiled import allocating, njit
-from .._lane_kernels import logarithms
+from .._lane_kernels import logarithms, sum_of
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
@@ -102,20 +102,26 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
     background. `earlier` and `following` are the powers beside those of the frames.
     """
     lag, count = earlier.shape[1], power.shape[1]
-    risen = np.zeros(len(frames))
+    risen, group = np.zeros(len(frames)), frames // per
+    which, rises, growths = np.empty_like(frames), np.empty(len(frames)), np.empty(len(frames))
     out[:] = 0.0
     for b in range(power.shape[0]):
+        some = 0
         for k in range(len(frames)):
             i = frames[k]
             now = power[b, i]
             then = earlier[b, i] if i < lag else power[b, i - lag]
-            base = max(then, TIMES_BACKGROUND * background[b, i // per])
+            base = max(then, TIMES_BACKGROUND * background[b, group[k]])
             if now > base > 0.0:
                 j = i + later
                 ahead = power[b, j] if j < count else following[b, j - count]
-                rise = np.log(now / base)
-                risen[k] += rise
-                out[k] += rise * np.log(max(ahead, base) / now)
+                which[some], rises[some], growths[some] = k, now / base, max(ahead, base) / now
+                some += 1
+        logarithms(rises[:some])
+        logarithms(growths[:some])
+        for m in range(some):
+            risen[which[m]] += rises[m]
+            out[which[m]] += rises[m] * growths[m]
     for k in range(len(frames)):
         out[k] = out[k] / risen[k] if risen[k] > 0.0 else 0.0
 
@@ -151,17 +157,18 @@ def background(noise, per, means, first, nearby, out):
 @njit(nogil=True)
 def group_means(power, heard, per, out):
     """Mean power of the audible frames of each group, or of all if none is."""
+    counts = np.empty(out.shape[1], np.int64)
     for g in range(out.shape[1]):
-        begin, end = g * per, min((g + 1) * per, power.shape[1])
-        count = heard[begin:end].sum()
-        every = count == 0 or count == end - begin
-        for b in range(out.shape[0]):
+        counts[g] = heard[g * per : (g + 1) * per].sum()
+    for b in range(out.shape[0]):
+        row = power[b]
+        for g in range(out.shape[1]):
+            begin, end = g * per, min((g + 1) * per, power.shape[1])
+            if counts[g] == 0 or counts[g] == end - begin:
+                out[b, g] = sum_of(row[begin:end]) / (end - begin)
+                continue
             total = 0.0
-            if every:
-                for k in range(begin, end):
-                    total += power[b, k]
-            else:
-                for k in range(begin, end):
-                    if heard[k]:
-                        total += power[b, k]
-            out[b, g] = total / (end - begin if every else count)
+            for k in range(begin, end):
+                if heard[k]:
+                    total += row[k]
+            out[b, g] = total / counts[g]

@@ -52,7 +52,7 @@ class Gate:
         `power` is that of the octaves of x, and `step` the least difference of samples in a row.
         """
         hop = self.scale.hop
-        if power[0].all() or not np.isfinite(step):
+        if power[0].min() > 0.0 or not np.isfinite(step):
             return None
         out = np.empty(len(x))
         return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
@@ -72,7 +72,7 @@ class Gate:
         hop, past = self.scale.hop, self.scale.past
         next_held = min(core + past + 1, power.shape[1] - 1)  # a silence there has its power
         self.silent = None
-        if not power[0].all():
+        if power[0, slice(*real)].min(initial=1.0) == 0.0:
             closed = np.empty(power.shape[1], np.bool_)
             silent_frames(power, *real, closed)
             if closed.any():

@@ -45,16 +45,30 @@ def taps_at(part, taps):
 
 
 @njit(nogil=True)
-def add_between(y, place, factor, taps, out):
-    """Add `factor` times the interpolated y at `place` + k to out[k]."""
+def filtered_at(wave, first, taps, out):
+    """out[k]: scalar product of the taps with the wave from sample first + k on.
+
+    Four taps at a time: the inner loop runs in vector lanes.
+    """
+    out[:] = 0.0
+    count, whole = len(out), len(taps) // 4 * 4
+    for n in range(0, whole, 4):
+        t0, t1, t2, t3 = taps[n], taps[n + 1], taps[n + 2], taps[n + 3]
+        part = wave[first + n : first + n + count + 3]
+        for k in range(count):
+            out[k] = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
+    for n in range(whole, len(taps)):
+        tap, part = taps[n], wave[first + n : first + n + count]
+        for k in range(count):
+            out[k] += tap * part[k]
+
+
+@njit(nogil=True)
+def between(y, place, taps, out):
+    """out[k]: y interpolated at `place` + k; `taps` is scratch."""
     whole = math.floor(place)
     taps_at(place - whole, taps)
-    first = int(whole) + 1 - TAPS
-    for k in range(len(out)):
-        total = 0.0
-        for n in range(2 * TAPS):
-            total += taps[n] * y[first + k + n]
-        out[k] += factor * total
+    filtered_at(y, int(whole) + 1 - TAPS, taps, out)
 
 
 @njit(nogil=True)
@@ -62,8 +76,7 @@ def shift_wave(wave, pad, shifts):
     """The wave at all shifts of a grid, without `pad` samples at both ends."""
     taps = np.empty(2 * TAPS)
     for j in range(ROWS):
-        shifts[j] = 0.0
-        add_between(wave, pad - (j - ROWS // 2) / SHIFTS, 1.0, taps, shifts[j])
+        between(wave, pad - (j - ROWS // 2) / SHIFTS, taps, shifts[j])
 
 
 @njit(nogil=True)
@@ -288,9 +301,11 @@ def mean_wave(sounds, shift, factor, start, wave):
     """Least-squares common waveform of shifted and scaled sounds, from sample `start` on."""
     wave[:] = 0.0
     total = 0.0
-    taps = np.empty(2 * TAPS)
+    taps, moved = np.empty(2 * TAPS), np.empty(len(wave))
     for i in range(len(sounds)):
         total += factor[i] * factor[i]
-        add_between(sounds[i], start + shift[i], factor[i], taps, wave)
+        between(sounds[i], start + shift[i], taps, moved)
+        for k in range(len(wave)):
+            wave[k] += factor[i] * moved[k]
     for k in range(len(wave)):
         wave[k] /= total

@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from .._nearby import middle
+from .._nearby import middle, middles
 from ._shared_modes_kernels import accumulate
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
@@ -57,6 +57,7 @@ def responses() -> tuple[np.ndarray, ...]:
     return cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()
 
 
+@functools.lru_cache(maxsize=8)
 def high_pass(rate: float) -> np.ndarray:
     """Taps of the linear-phase high-pass filter applied before comparing sounds."""
     reach = round(HIGH_PASS_REACH * rate)
@@ -75,9 +76,9 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper = np.hanning(count + 2)[1:-1]
-    powers = np.sort(np.abs(np.fft.rfft(quiet * taper)) ** 2, axis=0)
-    spectrum = 0.5 * (powers[(len(quiet) - 1) // 2] + powers[len(quiet) // 2]) / np.sum(taper**2)
-    spectrum = np.convolve(np.pad(spectrum, 2, mode="reflect"), SMOOTH, mode="valid") + error
+    spectrum = middles(np.abs(np.fft.rfft(quiet * taper)) ** 2) / np.sum(taper**2)
+    reflected = np.concatenate((spectrum[2:0:-1], spectrum, spectrum[-2:-4:-1]))
+    spectrum = np.convolve(reflected, SMOOTH, mode="valid") + error
     above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
     density = middle(spectrum[above])
     if not density > 0.0:
@@ -129,7 +130,8 @@ def step_modes(
         fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
         weights = _SIMPSON * np.exp(exponents[:, None] * np.arange(step + 1) / PER_SAMPLE)
         cells.real, cells.imag = weights.real @ fine, weights.imag @ fine
-        slopes = np.gradient(wide) * PER_SAMPLE
+        slopes = np.zeros(len(wide))  # as both ends are
+        slopes[1:-1] = (0.5 * PER_SAMPLE) * (wide[2:] - wide[:-2])
         beyond = np.stack(
             [part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)]
         )

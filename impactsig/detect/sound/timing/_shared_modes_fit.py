@@ -12,7 +12,16 @@ import numpy as np
 
 from .._nearby import middle
 from ._edge import PARTS, responses, step_modes
-from ._shared_modes_kernels import NOTHING, add_rings, leave, place, project, weigh
+from ._shared_modes_kernels import (
+    NOTHING,
+    ROWS_AT_ONCE,
+    add_rings,
+    leave,
+    orthonormal,
+    place,
+    project,
+    weigh,
+)
 
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -25,6 +34,7 @@ MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, a
 LEFT = 0.1  # share of the energy of rings, beyond noise, that no shared modes leave
 MODULI = 0.7, 0.9995
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
+BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # that another prior adds, by determinants
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
@@ -126,22 +136,17 @@ class Model:
         return self._at(np.arange(-self.near, self.near + 1))
 
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of Q' and K' at each shift, (shifts, columns + 2, samples).
+        """Rows of Q' and K' at each shift, (shifts, rows, samples), behind rows of zeros.
 
         With the diagonal of K'K and what lies beside it, (3, shifts).
         """
         modes, beyond = self.parts
+        columns = np.concatenate((modes, beyond))
         size = modes.shape[1] // PARTS - 2 * self.reach
-        index = PARTS * (np.arange(size) + self.reach) - shift[:, None]
-        q = np.linalg.qr(modes[:, index].transpose(1, 2, 0))[0]
-        rest = beyond[:, index].transpose(1, 2, 0)
-        if rest.any():  # as behind a filter
-            rest = rest - q @ (q.transpose(0, 2, 1) @ rest)
-        square = rest.transpose(0, 2, 1) @ rest
-        gram = np.stack((square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]))
-        basis = np.empty((len(shift), q.shape[2] + 2, size))
-        basis[:, :-2], basis[:, -2:] = q.transpose(0, 2, 1), rest.transpose(0, 2, 1)
-        return basis, gram
+        rows = -(-len(columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
+        basis, grams = np.empty((len(shift), rows, size)), np.empty((3, len(shift)))
+        orthonormal(columns, len(modes), PARTS, PARTS * self.reach, shift, basis, grams)
+        return basis, grams
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
@@ -157,7 +162,8 @@ class Model:
         known = np.isfinite(guess)
         first = np.floor(np.where(known, guess, -1e6) + 0.5).astype(np.int64) - self.lead
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
-        sounds, first = sounds[which], first[which]
+        if len(which) < len(sounds):
+            sounds, first = sounds[which], first[which]
         energy, whole = self._projections(sounds, first, basis)
         fine = np.empty((len(which), 3, 2 * self.near + 1))
         unknown = np.full(len(which), -1)
@@ -196,15 +202,18 @@ class Model:
         leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
         return middle(left - self.freedom * self.noise / energy) if len(left) else np.inf
 
-    def learn(self, held: Projected, least: float) -> None:
-        """Set the prior and the error that make the sounds most probable."""
+    def learn(self, held: Projected, least: float, beaten: float = -np.inf) -> None:
+        """Set the prior and the error that make the sounds most probable.
+
+        The first prior has to do where no other one can come up to an evidence of `beaten`.
+        """
         self.evidence = -np.inf
         there, origin, _ = self._origins(held)
         if len(there) < LEAST:
             return
         energy, fine = self._near(held, there, origin)
         left = np.empty(len(energy))
-        for impulse in PRIORS:
+        for impulse in PRIORS if self.parts[1].any() else PRIORS[:1]:  # without a filter all same
             prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
             for _ in range(2):
                 floor = self.noise, error
@@ -216,6 +225,8 @@ class Model:
             if not evidence > self.evidence:
                 return  # it has one maximum
             self.evidence, self.prior, self.error = evidence, prior, error
+            if evidence < beaten - BY_PRIOR:
+                return
 
     def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Those that start somewhere, the sample at which a fit begins, and a variance.
@@ -241,6 +252,8 @@ class Model:
             held.energy_there[some], held.fine[some] = self._projections(
                 held.sounds[some], origin[moved], self.fine[0]
             )
+        if len(there) == len(held.fine):
+            return held.energy_there, held.fine
         return held.energy_there[there], held.fine[there]
 
     def _projections(
@@ -291,15 +304,18 @@ def chosen_model(
     None if they share no modes, or are more probable without any filter. `unlike` is the share of
     the energy that the modes of sounds that share them leave at most.
     """
+    some, near = sounds[few], guess[few]
 
     def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
         model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
-        return model, model.projected(sounds[few], guess[few])
+        return model, model.projected(some, near)
 
-    def learned(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+    def learned(
+        exponents: np.ndarray, response: np.ndarray | None, beaten: float = -np.inf
+    ) -> tuple[Model, Projected]:
         model, held = projected(exponents, response)
-        model.learn(held, EXACT)
+        model.learn(held, EXACT, beaten)
         return model, held
 
     choices, folded = shared_exponents(sounds, guess, noise, rate)
@@ -323,8 +339,11 @@ def chosen_model(
     if model.evidence < unfiltered - CERTAIN:
         return None
     tried = [(model, held, common)]
-    tried += [(*learned(first, response), response) for response in rare]
-    tried.sort(key=lambda item: -item[0].evidence)
+    rank = LIKELY if others or folded else 1  # how many are of use
+    for response in rare:
+        beaten = tried[rank - 1][0].evidence if len(tried) >= rank else -np.inf
+        tried.append((*learned(first, response, beaten), response))
+        tried.sort(key=lambda item: -item[0].evidence)
     likely = [response for _, _, response in tried[:LIKELY]]
     best, best_held, _ = tried[0]
     for exponents in others:

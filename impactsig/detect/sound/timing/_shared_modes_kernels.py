@@ -20,15 +20,19 @@ import numpy as np
 from ...._compiling.compiled import allocating, kernel, njit
 from .._attack_kernels import innovations
 from .._lane_kernels import exponentials, logarithms
-from ._alike_kernels import UNSURE, add_products, taps_at
+from ._alike_kernels import UNSURE, add_products, filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side that a crossing is made of
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
 LANES = 64  # sounds that are projected side by side
+ROWS_AT_ONCE = 4  # of a basis, that sounds are projected on
+LOST = 0.01  # share of the square of a column, less than which magnifies rounding if it is left
+ROUNDED = 1e-26  # share of the square of a column that rounding may leave of it
 FAINTEST = 1e-300  # energy of which the reciprocal is a number
 NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
+_NONE = np.uint64(0)
 
 
 @njit(nogil=True)
@@ -36,25 +40,6 @@ def high_passed(waves, taps, out):
     """out[i, k]: the filtered sample k + len(taps) // 2 of wave i."""
     for i in range(len(waves)):
         filtered_at(waves[i], 0, taps, out[i])
-
-
-@njit(nogil=True)
-def filtered_at(wave, first, taps, out):
-    """out[k]: scalar product of the taps with the wave from sample first + k on.
-
-    Four taps at a time: the inner loop runs in vector lanes.
-    """
-    out[:] = 0.0
-    count, whole = len(out), len(taps) // 4 * 4
-    for n in range(0, whole, 4):
-        t0, t1, t2, t3 = taps[n], taps[n + 1], taps[n + 2], taps[n + 3]
-        part = wave[first + n : first + n + count + 3]
-        for k in range(count):
-            out[k] = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
-    for n in range(whole, len(taps)):
-        tap, part = taps[n], wave[first + n : first + n + count]
-        for k in range(count):
-            out[k] += tap * part[k]
 
 
 @kernel
@@ -184,15 +169,79 @@ def log_probabilities(projection, gram, energy, error, prior, value, explained):
 
 
 @njit(nogil=True)
+def orthonormal(columns, count, parts, begin, shifts, basis, grams):
+    """Rows of Q' and K' at each shift, basis[j, r, k] at sample k, and the elements of G.
+
+    The first `count` of `columns`, of which `parts` values make a sample, are made orthonormal by
+    the method of Gram and Schmidt, once more where little is left of one: to rounding. What is left
+    by no more than rounding is nothing. The last two are freed from these. Sample 0 is column
+    `begin` at shift 0; rows of the basis that are not needed come first, and are zeros. All shifts
+    are worked out side by side, in lanes of the processor's vectors.
+    """
+    spare, size = basis.shape[1] - len(columns), basis.shape[2]
+    wide, step = np.uint64(len(shifts)), np.uint64(parts)
+    held = np.empty((len(columns), size * len(shifts)))
+    square, before = np.empty(len(shifts)), np.empty(len(shifts))
+    basis[:, :spare] = 0.0
+    for c in range(len(columns)):
+        row, own = held[c], columns[c]
+        for j in range(len(shifts)):
+            at, to = np.uint64(begin - shifts[j]), np.uint64(j)
+            for k in range(np.uint64(size)):
+                row[k * wide + to] = own[at + k * step]
+        products(row, row, before)
+        for turn in range(2):
+            if turn and (square >= LOST * before).all():
+                break
+            for other in range(min(c, count)):
+                products(row, held[other], square)
+                take_off(row, held[other], square)
+            products(row, row, square)
+        if c < count:
+            for j in range(len(shifts)):
+                some = square[j] > ROUNDED * before[j]
+                square[j] = 1.0 - 1.0 / math.sqrt(square[j]) if some else 1.0
+            take_off(row, row, square)
+        elif c == count:
+            grams[0] = square
+        else:
+            grams[1] = square
+            products(row, held[count], grams[2])
+        for j in range(len(shifts)):
+            out, of = basis[j, spare + c], np.uint64(j)
+            for k in range(np.uint64(size)):
+                out[k] = row[k * wide + of]
+
+
+@njit(nogil=True)
+def products(row, other, out):
+    """Scalar product of two rows in each lane."""
+    wide = np.uint64(len(out))
+    out[:] = 0.0
+    for k in range(_NONE, np.uint64(len(row)), wide):
+        for j in range(_NONE, wide):
+            out[j] += row[k + j] * other[k + j]
+
+
+@njit(nogil=True)
+def take_off(row, other, times):
+    """Take so many times the other off a row, in each lane."""
+    wide = np.uint64(len(times))
+    for k in range(_NONE, np.uint64(len(row)), wide):
+        for j in range(_NONE, wide):
+            row[k + j] -= times[j] * other[k + j]
+
+
+@njit(nogil=True)
 def project(sounds, first, basis, energy, projections):
     """Energy of each sound from sample first[i] on, and its projections on the basis at each shift.
 
-    A projection is the power in all but the last two rows of a basis, and the products with these.
-    LANES sounds are projected side by side, each in a lane of the processor's vectors.
+    A projection is the power in all but the last two rows of a basis, and the products with these;
+    there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by side, each in a
+    lane of the processor's vectors.
     """
     shifts, rows, size = basis.shape
-    block, sums = np.empty(size * LANES), np.empty((4, LANES))
-    power, share = np.empty(LANES), np.empty(LANES)
+    block, sums, power = np.empty(size * LANES), np.empty((ROWS_AT_ONCE, LANES)), np.empty(LANES)
     for at in range(0, len(sounds), LANES):
         count = min(LANES, len(sounds) - at)
         for i in range(count):
@@ -202,20 +251,55 @@ def project(sounds, first, basis, energy, projections):
                 block[k * count + i] = value
                 total += value * value
             energy[at + i] = total
+        a, b, c, d = sums[0, :count], sums[1, :count], sums[2, :count], sums[3, :count]
         for j in range(shifts):
             power[:] = 0.0
-            for c in range(rows):
-                add_products(block, 0, count, 1, basis[j, c], count, sums)
+            for row in range(0, rows, ROWS_AT_ONCE):
+                four_products(block, count, basis[j, row : row + ROWS_AT_ONCE], a, b, c, d)
                 for i in range(count):
-                    share[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
-                if c < rows - 2:
+                    power[i] += a[i] * a[i] + b[i] * b[i]
+                if row + ROWS_AT_ONCE < rows:
                     for i in range(count):
-                        power[i] += share[i] * share[i]
-                else:
-                    for i in range(count):
-                        projections[at + i, c - rows + 3, j] = share[i]
+                        power[i] += c[i] * c[i] + d[i] * d[i]
             for i in range(count):
                 projections[at + i, 0, j] = power[i]
+                projections[at + i, 1, j], projections[at + i, 2, j] = c[i], d[i]
+
+
+@njit(nogil=True)
+def four_products(block, count, rows, a, b, c, d):
+    """Scalar products of four rows with so many sounds, whose samples lie side by side.
+
+    Four samples at a time: a sum is read and written once for four, a sample once for four rows.
+    """
+    far = np.uint64(count)
+    a[:] = 0.0
+    b[:] = 0.0
+    c[:] = 0.0
+    d[:] = 0.0
+    whole = rows.shape[1] // 4 * 4
+    for k in range(0, whole, 4):
+        a0, a1, a2, a3 = rows[0, k], rows[0, k + 1], rows[0, k + 2], rows[0, k + 3]
+        b0, b1, b2, b3 = rows[1, k], rows[1, k + 1], rows[1, k + 2], rows[1, k + 3]
+        c0, c1, c2, c3 = rows[2, k], rows[2, k + 1], rows[2, k + 2], rows[2, k + 3]
+        d0, d1, d2, d3 = rows[3, k], rows[3, k + 1], rows[3, k + 2], rows[3, k + 3]
+        at = np.uint64(k * count)
+        for i in range(at, at + far):
+            w, x, y, z = block[i], block[i + far], block[i + far + far], block[i + far + far + far]
+            j = i - at
+            a[j] = a[j] + a0 * w + a1 * x + a2 * y + a3 * z
+            b[j] = b[j] + b0 * w + b1 * x + b2 * y + b3 * z
+            c[j] = c[j] + c0 * w + c1 * x + c2 * y + c3 * z
+            d[j] = d[j] + d0 * w + d1 * x + d2 * y + d3 * z
+    for k in range(whole, rows.shape[1]):
+        a0, b0, c0, d0 = rows[0, k], rows[1, k], rows[2, k], rows[3, k]
+        at = np.uint64(k * count)
+        for i in range(_NONE, far):
+            w = block[at + i]
+            a[i] += a0 * w
+            b[i] += b0 * w
+            c[i] += c0 * w
+            d[i] += d0 * w
 
 
 @allocating
@@ -289,32 +373,29 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
 
 
 @allocating
-def _interpolate(value, j, out, most):
-    """Cubic interpolation at BETWEEN places between shift j and the next; raises `most` to it."""
-    a, b = value[j], value[j + 1]
-    p = value[j - 1] if j else 2.0 * a - b
-    q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
-    second, third = 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
-    for k in range(np.uint64(BETWEEN)):
-        t = (k + 0.5) / BETWEEN
-        out[k] = a + 0.5 * t * (b - p + t * (second + t * third))
-        most[k] = out[k] if out[k] > most[k] else most[k]
-
-
-@allocating
 def _moments(value, most, step, scratch):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 
-    `scratch` has room for BETWEEN values after each, and for as many sums.
+    Between two shifts a cubic through four gives the value at BETWEEN places. `scratch` has room
+    for so many after each, and for as many sums.
     """
     last, count = len(value) - 1, 0
-    weight = scratch[4 * BETWEEN :]
-    greatest = scratch[:BETWEEN]
-    greatest[:] = -np.inf
+    weight, greatest = scratch[4 * BETWEEN :], scratch[:BETWEEN]
     for j in range(last):
         if value[j] >= most - FALL or value[j + 1] >= most - FALL:
-            _interpolate(value, j, weight[count : count + BETWEEN], greatest)
+            a, b = value[j], value[j + 1]
+            p = value[j - 1] if j else 2.0 * a - b
+            q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
+            first, second, third = b - p, 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
+            for k in range(BETWEEN):  # here, with numbers known beforehand, it runs in vector lanes
+                t = (k + 0.5) / BETWEEN
+                weight[count + k] = a + 0.5 * t * (first + t * (second + t * third))
             count += BETWEEN
+    greatest[:] = -np.inf
+    for begin in range(0, count, BETWEEN):
+        for k in range(BETWEEN):
+            one = weight[begin + k]
+            greatest[k] = one if one > greatest[k] else greatest[k]
     top = greatest.max()
     for k in range(np.uint64(count)):
         weight[k] -= top

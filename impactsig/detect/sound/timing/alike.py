@@ -200,10 +200,10 @@ class Overlay:
             return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay(sounds, anywhere, shifts, 0.0, 1.0)
-            alike = _alike(laid)
-            if alike.sum() < max(LEAST, len(sounds) / 2):
+            laid = self._lay_if_alike(sounds, anywhere, shifts)
+            if laid is None:
                 return None
+            alike = _alike(laid)
             shift, factor = laid[alike, 0], laid[alike, 1]
             late = shift - expected[alike, 0]
             latency = float(np.median(late))
@@ -249,6 +249,19 @@ class Overlay:
 
     def _sum(self, a: np.ndarray, b: np.ndarray) -> float:
         return float(np.sum(self.weight * a * b))
+
+    def _lay_if_alike(
+        self, sounds: np.ndarray, expected: np.ndarray, shifts: np.ndarray
+    ) -> np.ndarray | None:
+        """The result of `_lay`; None as soon as too few can be alike."""
+        spare, step, laid = len(sounds) - max(LEAST, len(sounds) / 2), len(sounds) // 4 + 1, []
+        for first in range(0, len(sounds), step):
+            part = slice(first, first + step)
+            laid.append(self._lay(sounds[part], expected[part], shifts, 0.0, 1.0))
+            spare -= np.count_nonzero(~_alike(laid[-1]))
+            if spare < 0.0:
+                return None
+        return np.concatenate(laid)
 
     def _lay(
         self,

@@ -144,19 +144,24 @@ class SharedModes:
             few = np.linspace(0, len(usable) - 1, min(CHOOSE, len(usable))).astype(int)
             # Sounds that share nothing usually show it by a few.
             alike = len(few) == len(usable) or self._choices(usable[few])
-            if not alike and self.rate > SLOW:
+            if not alike and not self._by_crossings(usable):
                 self.found.append(timed)
                 return
             plain = self._filtered(usable, self.taps)
             crossed = self._crossed(plain)
             fits = self._model(usable, few, plain, crossed[:, 0].copy()) if alike else None
-            if self.model is None and self.rate <= SLOW:
-                self.crossing = middle(self._abruptness(usable)) < ABRUPT
-                self.spread = HALF_WAVES * float(np.nanmedian(crossed[:, 1]))
+            if self.model is None and self._by_crossings(usable):
+                self.crossing = True
+                above = crossed[np.isfinite(crossed[:, 1]), 1]
+                self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
                 timed[LEARN:] = self._timed(waves[LEARN:])
         self.found.append(timed)
+
+    def _by_crossings(self, waves: np.ndarray) -> bool:
+        """Whether crossings are better than attacks where there is no model."""
+        return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
     def _choices(self, waves: np.ndarray) -> bool:
         """Whether these sounds leave any choice of shared modes."""
