@@ -16,7 +16,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
-from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
+from .._model import FLAT, LENGTH, POWER, POWERS, SKEW, START, WIDER, parts_of
 from ..edges import ERRORS, FIT, SHARED
 from ..fit_errors import (
     BESIDE,
@@ -131,7 +131,7 @@ def _share_family(rows, x, origin, timed, told):
             edges[i] = rows[alike[i], FIT + EDGE]
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
         if len(clear) >= LEAST:
-            about[1, POWER - SKEW] = POWER_SEEN
+            about[1, POWER - SKEW] = about[1, POWERS - SKEW] = POWER_SEEN
         shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
         if not missed and not steep:
@@ -159,6 +159,7 @@ def _share_missed(
         shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
             about[0, POWER - SKEW] = _held(shape.mean)
+            about[0, POWERS - SKEW] = shape.mean[POWERS - SKEW]
             before = np.empty(len(clear))
             for _ in range(CLEAR_ROUNDS):
                 rest = common_rest(rows, clear, x, origin, room)[0]
