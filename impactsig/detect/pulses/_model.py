@@ -8,7 +8,7 @@ where v >= 0. The parameters are A, the start, ln r/d, ln p/m, the logarithm of 
 m = sqrt(r d); on each of the last four a weak prior keeps the noise of faint pulses from being read
 as shape. Rise and fall may have powers q e^h and q e^-h; then, with
 
-    g = (h - ln r/d) / (2 (1 + p/m)),    c = e^g / cosh^4 g on the rise, e^-g / cosh^4 g on the fall
+    g = (h - ln r/d) / (2 (1 + p/m)),    c = e^g / cosh^5 g on the rise, e^-g / cosh^5 g on the fall
 
 the crest is smooth, since both sides have one curvature, and pulses of contacts that lose energy,
 which rise steeply and fall softly, are nearly members, too. So are half-sines, skewed and
@@ -36,8 +36,8 @@ VALUE, BY_START, BY_POWER, BY_WARP, REST, _SINE, _LOG, _STEEP = range(8)
 CURVE = 8
 """Rows of what is known at each point: f over A, its derivatives by the start, by ln q and by g,
 what the fit leaves, and what these are made of."""
-WARPED = 1.2
-"""The greatest g: farther on the end of a pulse is all foot."""
+BEND, WARPED = 5.0, 1.2
+"""Power of the hyperbolic cosine, and the greatest g: beyond it a fall is nearly all foot."""
 
 
 class Parts(NamedTuple):
@@ -124,7 +124,7 @@ def warp_of(p, apart):
     g = 0.5 * brief * (apart - p[SKEW])
     free = 0.5 * brief if abs(g) < WARPED else 0.0
     g = min(max(g, -WARPED), WARPED)
-    both, lean = math.cosh(g) ** -4.0, 4.0 * math.tanh(g)
+    both, lean = math.cosh(g) ** -BEND, BEND * math.tanh(g)
     by_flat = (brief - 1.0) * g if free > 0.0 else 0.0
     return Warp(
         both * math.exp(g), both * math.exp(-g), 1.0 - lean, -1.0 - lean, -free, by_flat, free

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
-from .._model import POWER, POWERS, parts_of
+from .._model import POWER, POWERS, parts_of, warp_of
 from ..edges import ERRORS, FIT, SHARED
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
@@ -79,15 +79,15 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     timed : bool
         Contact times are those from first to last touch.
     """
-    rise, fall, early, late = _mean_edges(rows, alike)
+    rise, fall, early, late, warp, warp_late = _mean_edges(rows, alike)
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.hypot(math.sqrt(left), max(math.sqrt(held) - FAR, 0.0))
     soft, softer = _later(math.log(early)), _later(math.log(late))
     early_off = math.hypot(OFF_START * r / rise, SOFTER * soft)
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
-    start, start_variance, rises = read_touch(edges[0], early, soft, early_off)
-    end, end_variance, falls = read_touch(edges[1], late, softer, late_off)
+    start, start_variance, rises = read_touch(edges[0], early, warp, soft, early_off)
+    end, end_variance, falls = read_touch(edges[1], late, warp_late, softer, late_off)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
@@ -97,7 +97,7 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest, peak = crest_of(rest, math.sqrt(early * late))
+    crest, peak = crest_of(rest, math.sqrt(early * late / (warp * warp_late) ** 2))
     peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r) ** 2)
     for k in alike:
         row = rows[k]
@@ -206,8 +206,8 @@ def _length(row):
 
 @kernel
 def _mean_edges(rows, alike):
-    """Mean shares of rise and fall in the lengths of pulses, and the powers of both edges."""
-    rise = fall = early = late = total = 0.0
+    """Mean shares of rise and fall in the lengths of pulses, powers and warps of both edges."""
+    rise = fall = early = late = warp = warp_late = total = 0.0
     for k in alike:
         p, height = rows[k, FIT + NOW :], rows[k, 2]
         parts = parts_of(p)
@@ -217,5 +217,9 @@ def _mean_edges(rows, alike):
         fall += one * parts.fall / length
         early += one * (p[POWER] + p[POWERS])
         late += one * (p[POWER] - p[POWERS])
+        bent = warp_of(p, p[POWERS])
+        warp += one * bent.early
+        warp_late += one * bent.late
         total += one
-    return rise / total, fall / total, math.exp(early / total), math.exp(late / total)
+    powers = math.exp(early / total), math.exp(late / total)
+    return rise / total, fall / total, powers[0], powers[1], warp / total, warp_late / total

@@ -158,8 +158,11 @@ def _share_missed(
     if len(alike) >= LEAST:
         shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
-            about[0, POWER - SKEW] = _held(shape.mean)
-            about[0, POWERS - SKEW] = shape.mean[POWERS - SKEW]
+            early, late = _held(shape.mean, 1.0), _held(shape.mean, -1.0)
+            about[0, POWER - SKEW], about[0, POWERS - SKEW] = (
+                0.5 * (early + late),
+                0.5 * (early - late),
+            )
             before = np.empty(len(clear))
             for _ in range(CLEAR_ROUNDS):
                 rest = common_rest(rows, clear, x, origin, room)[0]
@@ -226,14 +229,16 @@ def _clear(rows, alike):
 
 
 @kernel
-def _held(mean):
-    """Power at which the edges of the family are held while the rest of the shape is sought.
+def _held(mean, side):
+    """Logarithm of the power at which an edge is held while the rest of the shape is sought.
+
+    Of the rise, or for a `side` of -1 of the fall.
 
     That of soft edges is as fitted; a steep foot would bind an instant to a sample, and where there
     is a flat top its corners are taken for softness.
     """
     flat = max(BRIEF * (math.exp(mean[FLAT - SKEW]) - 1.0), 0.0)
-    return max(mean[POWER - SKEW], 0.0) * max(1.0 - flat, 0.0)
+    return max(mean[POWER - SKEW] + side * mean[POWERS - SKEW], 0.0) * max(1.0 - flat, 0.0)
 
 
 @kernel
