@@ -47,9 +47,14 @@ SOFT = 0.054
 """Of an edge, times the square of the logarithm of its power: how much later than sin^q a contact
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
+FOOT = 0.03
+"""Of an edge, times the square of the logarithm of its warp: the same of the foot of a warped fall."""
 SINE, SOFTEST = 0.05, 1.5
 """Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
 more."""
+STEP, STEEP_FROM, STEEP_TO = 0.016, 0.1, 1.2
+"""Of the rise: half of how much later than sin^q a contact with damping begins that sin^q follows,
+whose force begins with a jump; from which -ln q on, and where it ends, for the jump then shows."""
 SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
@@ -59,7 +64,7 @@ FARTHEST = 0.4
 
 
 @allocating
-def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
+def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     """Correct instants and contact times for misfit, in place, and increase their errors.
 
     Parameters
@@ -76,6 +81,8 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
         The same for the family as it is held where it has a `rest`; else 0.
     rest : array
         What `common_rest` returns.
+    power : float
+        Logarithm of the power of the rise in the family, before it is held.
     timed : bool
         Contact times are those from first to last touch.
     """
@@ -84,15 +91,16 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.hypot(math.sqrt(left), max(math.sqrt(held) - FAR, 0.0))
     soft, softer = _later(math.log(early)), _later(math.log(late))
-    early_off = math.hypot(OFF_START * r / rise, SOFTER * soft)
+    step = _later_by_jump(power)
+    early_off = math.hypot(math.hypot(OFF_START * r / rise, SOFTER * soft), step)
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
-    start, start_variance, rises = read_touch(edges[0], early, warp, soft, early_off)
+    start, start_variance, rises = read_touch(edges[0], early, warp, soft + step, early_off)
     end, end_variance, falls = read_touch(edges[1], late, warp_late, softer, late_off)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
     between = BETWEEN / max(clear, FEWEST)
-    first = between * min(math.hypot((start - soft) / early_off, rises / STEEPER), 1.0)
+    first = between * min(math.hypot((start - soft - step) / early_off, rises / STEEPER), 1.0)
     last = between * min(math.hypot((end - softer) / late_off, falls / STEEPER), 1.0)
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
@@ -138,8 +146,10 @@ def allow_for_unseen(rows, alike, hidden, timed):
         few = UNSEEN + (COARSE - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
         p = rows[k, FIT + NOW :]
-        early = _later(p[POWER] + p[POWERS]) * parts.rise
-        late = _later(p[POWER] - p[POWERS]) * parts.fall
+        warp = warp_of(p, p[POWERS])
+        power = p[POWER] + p[POWERS]
+        early = (_later(power) + _later_by_jump(power)) * parts.rise
+        late = (_later(p[POWER] - p[POWERS]) + FOOT * math.log(warp.late) ** 2) * parts.fall
         rows[k, 0] += early
         rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
         if timed:
@@ -156,6 +166,16 @@ def _later(power):
     From the logarithm of the power. It is the error of that, too.
     """
     return 0.5 * SOFT * min(power, SOFTEST) ** 2 if power > SINE else 0.0
+
+
+@kernel
+def _later_by_jump(power):
+    """How much later than in the family a rise begins that may begin with a jump, by half [edges].
+
+    From the logarithm of the power. It is the error of that, too.
+    """
+    steep = max(-power, 0.0)
+    return STEP * min(steep / STEEP_FROM, 1.0) * max(1.0 - steep / STEEP_TO, 0.0)
 
 
 @kernel

@@ -26,8 +26,8 @@ from ._common_rest import EXACT, is_clear
 
 STRETCHES, FIRST, LAST = 150, -0.5, 1.0
 """How many, and from where to where [edges]."""
-LEVEL = 0.6
-"""Height up to which an edge is looked at."""
+LEVEL, MOST = 0.6, 0.6
+"""Height, and part of the edge, up to which it is looked at."""
 TERMS = 5
 ABOUT = np.array([0.0, 0.5, 0.3, 0.5, 0.7])
 """Standard deviations of v0, which is given, ln a, ln q, b and c."""
@@ -174,7 +174,7 @@ def read_touch(edge, power, warp, expected, spread):
         Where the touch is expected, and the standard deviation about that.
     """
     end = 2.0 / math.pi * math.asin(LEVEL ** (1.0 / power))
-    end /= warp + (1.0 - warp) * end
+    end = min(end / (warp + (1.0 - warp) * end), MOST)
     v, y, w = np.empty(STRETCHES), np.empty(STRETCHES), np.empty(STRETCHES)
     count = 0
     for b in range(STRETCHES):

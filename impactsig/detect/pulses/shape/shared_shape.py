@@ -134,11 +134,11 @@ def _share_family(rows, x, origin, timed, told):
             about[1, POWER - SKEW] = about[1, POWERS - SKEW] = POWER_SEEN
         shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
-        if not missed and not steep:
+        if not steep:
             room = make_room()
             linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
-            if len(clear) >= LEAST:
+            if not missed and len(clear) >= LEAST:
                 _, left, hidden = common_rest(rows, clear, x, origin, room)
                 missed = left > 0.0
                 shown = missed
@@ -180,12 +180,10 @@ def _share_missed(
             for _ in range(MISSED_ROUNDS):
                 linearize_with(rows, alike, x, origin, rest, room)
                 shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
-        elif not steep:
-            linearize_anew(rows, alike, x, origin, room)
-            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
         _learn(shape.told, told)
     rest, held, _ = common_rest(rows, clear, x, origin, room)
-    correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, timed)
+    power = mean[POWER - SKEW] + mean[POWERS - SKEW]
+    correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, power, timed)
 
 
 @kernel
