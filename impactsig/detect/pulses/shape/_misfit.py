@@ -21,7 +21,7 @@ from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
 from ._touch import STRETCHES, add_edges, read_touch
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.3, 0.1
 BETWEEN, FEWEST = 0.7, 5.0
 """Samples, over the clear pulses, or so many: to no better is a touch read that is not that of the
 family. Pulses begin anywhere between two samples: of n, one has a sample within 1/n of its touch.
