@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
-from .._model import POWER, POWERS, parts_of, warp_of
+from .._model import POWER, POWERS, WIDER, parts_of, warp_of
 from ..edges import ERRORS, FIT, SHARED
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
@@ -47,8 +47,10 @@ SOFT = 0.054
 """Of an edge, times the square of the logarithm of its power: how much later than sin^q a contact
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
-FOOT = 0.03
-"""Of an edge, times the square of the logarithm of its warp: the same of the foot of a warped fall."""
+FOOT, LONGEST_FOOT, LEAN = 0.03, 1.2, 0.0022
+"""Of the fall, times the cube of the logarithm of its warp: half of how much earlier a contact that
+loses energy ends than the family that follows it, whose foot is longer. It is cut off. Of the length, times
+the logarithms of both warps: half of how much earlier it begins."""
 SINE, SOFTEST = 0.05, 1.5
 """Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
 more."""
@@ -86,26 +88,30 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     timed : bool
         Contact times are those from first to last touch.
     """
-    rise, fall, early, late, warp, warp_late = _mean_edges(rows, alike)
+    rise, fall, early, late, warp = _mean_edges(rows, alike)
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.hypot(math.sqrt(left), max(math.sqrt(held) - FAR, 0.0))
     soft, softer = _later(math.log(early)), _later(math.log(late))
     step = _later_by_jump(power)
-    early_off = math.hypot(math.hypot(OFF_START * r / rise, SOFTER * soft), step)
+    lean = _earlier_by_lean(warp) / rise
+    early_off = math.hypot(
+        math.hypot(OFF_START * r / rise, SOFTER * soft), math.hypot(step, lean)
+    )
+    soft += step - lean
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
-    start, start_variance, rises = read_touch(edges[0], early, warp, soft + step, early_off)
-    end, end_variance, falls = read_touch(edges[1], late, warp_late, softer, late_off)
+    start, start_variance, rises = read_touch(edges[0], early, warp.early, soft, early_off)
+    end, end_variance, falls = read_touch(edges[1], late, warp.late, softer, late_off)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
     between = BETWEEN / max(clear, FEWEST)
-    first = between * min(math.hypot((start - soft - step) / early_off, rises / STEEPER), 1.0)
+    first = between * min(math.hypot((start - soft) / early_off, rises / STEEPER), 1.0)
     last = between * min(math.hypot((end - softer) / late_off, falls / STEEPER), 1.0)
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest, peak = crest_of(rest, math.sqrt(early * late / (warp * warp_late) ** 2))
+    crest, peak = crest_of(rest, math.sqrt(early * late) / (warp.early * warp.late))
     peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r) ** 2)
     for k in alike:
         row = rows[k]
@@ -149,11 +155,13 @@ def allow_for_unseen(rows, alike, hidden, timed):
         warp = warp_of(p, p[POWERS])
         power = p[POWER] + p[POWERS]
         early = (_later(power) + _later_by_jump(power)) * parts.rise
-        late = (_later(p[POWER] - p[POWERS]) + FOOT * math.log(warp.late) ** 2) * parts.fall
-        rows[k, 0] += early
-        rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
+        late = (_later(p[POWER] - p[POWERS]) + _earlier_by_foot(warp.late)) * parts.fall
+        lean = _earlier_by_lean(warp) * length
+        rows[k, 0] = max(rows[k, 0] + early - lean, 0.0)
         if timed:
-            rows[k, 1] -= early + late
+            rows[k, 1] -= early - lean + late
+        early = math.hypot(early, lean)
+        rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
         _add_touches(rows[k], math.hypot(first, early), math.hypot(last, late), first, timed)
@@ -176,6 +184,18 @@ def _later_by_jump(power):
     """
     steep = max(-power, 0.0)
     return STEP * min(steep / STEEP_FROM, 1.0) * max(1.0 - steep / STEEP_TO, 0.0)
+
+
+@kernel
+def _earlier_by_foot(late):
+    """How much earlier than in the family a fall of a warp `late` ends, by half [edges]."""
+    return FOOT * min(max(-math.log(late), 0.0), LONGEST_FOOT) ** 3
+
+
+@kernel
+def _earlier_by_lean(warp):
+    """How much earlier than in the family a pulse with such edges begins, by half [lengths]."""
+    return -LEAN * math.log(warp.early * warp.late)
 
 
 @kernel
@@ -224,10 +244,11 @@ def _length(row):
     return parts.rise + parts.flat + parts.fall
 
 
-@kernel
+@allocating
 def _mean_edges(rows, alike):
-    """Mean shares of rise and fall in the lengths of pulses, powers and warps of both edges."""
-    rise = fall = early = late = warp = warp_late = total = 0.0
+    """Mean shares of rise and fall in the lengths of pulses, powers of both edges and their warp."""
+    rise = fall = early = late = total = 0.0
+    mean = np.zeros(WIDER)
     for k in alike:
         p, height = rows[k, FIT + NOW :], rows[k, 2]
         parts = parts_of(p)
@@ -237,9 +258,11 @@ def _mean_edges(rows, alike):
         fall += one * parts.fall / length
         early += one * (p[POWER] + p[POWERS])
         late += one * (p[POWER] - p[POWERS])
-        bent = warp_of(p, p[POWERS])
-        warp += one * bent.early
-        warp_late += one * bent.late
+        for m in range(WIDER):
+            mean[m] += one * p[m]
         total += one
-    powers = math.exp(early / total), math.exp(late / total)
-    return rise / total, fall / total, powers[0], powers[1], warp / total, warp_late / total
+    for m in range(WIDER):
+        mean[m] /= total
+    warp = warp_of(mean, mean[POWERS])
+    early, late = math.exp(early / total), math.exp(late / total)
+    return rise / total, fall / total, early, late, warp
