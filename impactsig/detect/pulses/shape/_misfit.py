@@ -38,6 +38,10 @@ power at its touch is less than the family's by so much: what is steep is not re
 JUMP, JUMPS, JUMPED = 0.4, 0.5, 0.2
 """Samples that a touch is off by where the force begins with a jump, which lies anywhere between
 two samples: where that logarithm is less than the family's by JUMPS, in full by JUMPED more."""
+JUMP_MISREAD, MAY_JUMP, JUMP_SURE = 0.013, 0.35, 0.1
+"""Of the rise: how far off a touch is read that may be a jump, which no power follows: where that
+logarithm is less by MAY_JUMP, in full by JUMP_SURE more, and the touch lies after the family's. Steep
+edges without a jump begin before it."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -101,6 +105,9 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     soft += step - lean
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
     start, start_variance, rises = read_touch(edges[0], early, warp.early, soft, early_off)
+    if start > 0.0:
+        jumps = min(max((rises - MAY_JUMP) / JUMP_SURE, 0.0), 1.0)
+        start_variance += (JUMP_MISREAD * jumps) ** 2
     end, end_variance, falls = read_touch(edges[1], late, warp.late, softer, late_off)
     clear = 0
     for k in alike:
