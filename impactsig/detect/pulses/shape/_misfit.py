@@ -21,7 +21,7 @@ from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
 from ._touch import STRETCHES, add_edges, read_touch
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.3, 0.1
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.4, 0.1
 BETWEEN, FEWEST = 0.7, 5.0
 """Samples, over the clear pulses, or so many: to no better is a touch read that is not that of the
 family. Pulses begin anywhere between two samples: of n, one has a sample within 1/n of its touch.
@@ -99,9 +99,7 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     soft, softer = _later(math.log(early)), _later(math.log(late))
     step = _later_by_jump(power)
     lean = _earlier_by_lean(warp) / rise
-    early_off = math.hypot(
-        math.hypot(OFF_START * r / rise, SOFTER * soft), math.hypot(step, lean)
-    )
+    early_off = math.hypot(math.hypot(OFF_START * r / rise, SOFTER * soft), math.hypot(step, lean))
     soft += step - lean
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
     start, start_variance, rises = read_touch(edges[0], early, warp.early, soft, early_off)
@@ -119,7 +117,8 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
     crest, peak = crest_of(rest, math.sqrt(early * late) / (warp.early * warp.late))
-    peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r) ** 2)
+    # What corners of a flat top leave says nothing of its height.
+    peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r * (rise + fall) ** 2) ** 2)
     for k in alike:
         row = rows[k]
         contact = row[1] if timed else _length(row)

@@ -55,8 +55,8 @@ LEAST = 5
 """Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
-POWER_SEEN = 0.4
-"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
+POWER_SEEN, POWERS_SEEN = 0.4, 0.25
+"""How far from there powers may be (APART) where clear pulses show them; faint ones tell them from
 the length too badly."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
@@ -131,7 +131,7 @@ def _share_family(rows, x, origin, timed, told):
             edges[i] = rows[alike[i], FIT + EDGE]
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
         if len(clear) >= LEAST:
-            about[1, POWER - SKEW] = about[1, POWERS - SKEW] = POWER_SEEN
+            about[1, POWER - SKEW], about[1, POWERS - SKEW] = POWER_SEEN, POWERS_SEEN
         shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
         if not steep:
