@@ -72,7 +72,7 @@ class Inside(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """Sums over the points of an edge: f/A, its slope, that times u, by ln q, by g, and the rest."""
+    """Sums over an edge of f/A, its slope, that times u, by ln q (p) and by g (w), and the rest."""
 
     ff: float
     fs: float

@@ -40,8 +40,8 @@ JUMP, JUMPS, JUMPED = 0.4, 0.5, 0.2
 two samples: where that logarithm is less than the family's by JUMPS, in full by JUMPED more."""
 JUMP_MISREAD, MAY_JUMP, JUMP_SURE = 0.013, 0.35, 0.1
 """Of the rise: how far off a touch is read that may be a jump, which no power follows: where that
-logarithm is less by MAY_JUMP, in full by JUMP_SURE more, and the touch lies after the family's. Steep
-edges without a jump begin before it."""
+logarithm is less by MAY_JUMP, in full by JUMP_SURE more, and the touch lies after the family's.
+Steep edges without a jump begin before it."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -52,9 +52,9 @@ SOFT = 0.054
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
 FOOT, LONGEST_FOOT, LEAN = 0.03, 1.2, 0.0022
-"""Of the fall, times the cube of the logarithm of its warp: half of how much earlier a contact that
-loses energy ends than the family that follows it, whose foot is longer. It is cut off. Of the length, times
-the logarithms of both warps: half of how much earlier it begins."""
+"""Of the fall, times the cube of the logarithm of its warp, at most LONGEST_FOOT: half of how much
+earlier a contact that loses energy ends than the family that follows it. Of the length, times the
+logarithms of both warps: half of how much earlier it begins."""
 SINE, SOFTEST = 0.05, 1.5
 """Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
 more."""
@@ -252,7 +252,7 @@ def _length(row):
 
 @allocating
 def _mean_edges(rows, alike):
-    """Mean shares of rise and fall in the lengths of pulses, powers of both edges and their warp."""
+    """Mean shares of rise and fall in the lengths of pulses, powers of the edges, and warp."""
     rise = fall = early = late = total = 0.0
     mean = np.zeros(WIDER)
     for k in alike:
