@@ -58,9 +58,10 @@ logarithms of both warps: half of how much earlier it begins."""
 SINE, SOFTEST = 0.05, 1.5
 """Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
 more."""
-STEP, STEEP_FROM, STEEP_TO = 0.016, 0.1, 1.2
+STEP, STEEP_FROM, STEEP_TO, STEP_DOUBT = 0.016, 0.1, 1.2, 1.5
 """Of the rise: half of how much later than sin^q a contact with damping begins that sin^q follows,
-whose force begins with a jump; from which -ln q on, and where it ends, for the jump then shows."""
+whose force begins with a jump; from which -ln q on, and where it ends, for the jump then shows; and
+the error of that, over it."""
 SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
@@ -160,13 +161,13 @@ def allow_for_unseen(rows, alike, hidden, timed):
         p = rows[k, FIT + NOW :]
         warp = warp_of(p, p[POWERS])
         power = p[POWER] + p[POWERS]
-        early = (_later(power) + _later_by_jump(power)) * parts.rise
+        soft, step = _later(power) * parts.rise, _later_by_jump(power) * parts.rise
         late = (_later(p[POWER] - p[POWERS]) + _earlier_by_foot(warp.late)) * parts.fall
         lean = _earlier_by_lean(warp) * length
-        rows[k, 0] = max(rows[k, 0] + early - lean, 0.0)
+        rows[k, 0] = max(rows[k, 0] + soft + step - lean, 0.0)
         if timed:
-            rows[k, 1] -= early - lean + late
-        early = math.hypot(early, lean)
+            rows[k, 1] -= soft + step - lean + late
+        early = math.hypot(math.hypot(soft, STEP_DOUBT * step), lean)
         rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
@@ -186,9 +187,9 @@ def _later(power):
 def _later_by_jump(power):
     """How much later than in the family a rise begins that may begin with a jump, by half [edges].
 
-    From the logarithm of the power. It is the error of that, too.
+    From the logarithm of the power.
     """
-    steep = max(-power, 0.0)
+    steep = max(-power - SINE, 0.0)
     return STEP * min(steep / STEEP_FROM, 1.0) * max(1.0 - steep / STEEP_TO, 0.0)
 
 
