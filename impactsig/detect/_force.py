@@ -23,7 +23,7 @@ from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
-from .pulses.shape.shared_shape import nothing_told, share_shape
+from .pulses.shape.shared_shape import nothing_told, share_shape, told_by_last
 from .search.direction import direction
 from .search.disturbances import disturbances
 from .search.events.shoulder_kernels import Noise, tails
@@ -134,6 +134,16 @@ def detect_force(
     return search(max(LONGER[0], LONGER[1] / rate), longer)
 
 
+class _First(NamedTuple):
+    """The first span that tells of shapes; the next that does says more of the first, too."""
+
+    rows: np.ndarray
+    samples: np.ndarray
+    origin: int
+    dropouts: np.ndarray
+    measured: np.ndarray
+
+
 class _Search:
     """The second pass over one stretch without gaps."""
 
@@ -162,7 +172,8 @@ class _Search:
             repeats=repeats,
             left_out=left_out,
         )
-        self.told = nothing_told()  # of the spread of shapes, by the spans so far
+        self.told = nothing_told()  # of shapes, by the spans so far
+        self.first: _First | None = None  # which nothing was told
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0
@@ -267,12 +278,33 @@ class _Search:
             Disturbance("burst", start + segment, end - start, height)
             for start, end, height in span.bursts
         ]
+        measured = rows[:, :ROW].copy()
         if len(rows):
-            share_shape(rows, samples, origin, self.wanted.contact_level == 0, self.told)
+            alone = None if self.told.any() else rows.copy()
+            self._share(rows, samples, origin, dropouts, segment, self.told, measured)
+            if alone is not None and self.told.any():
+                self.first = _First(alone, samples.copy(), origin, dropouts, measured)
+            elif self.first is not None and (told := told_by_last(self.told)).any():
+                one, self.first = self.first, None
+                self._share(*one[:-1], segment, told, one.measured)
+        self.found.add(measured, probability, span, judge.usual_level, grid.rungs.width)
+
+    def _share(
+        self,
+        rows: np.ndarray,
+        samples: np.ndarray,
+        origin: int,
+        dropouts: np.ndarray,
+        segment: int,
+        told: np.ndarray,
+        measured: np.ndarray,
+    ) -> None:
+        """Measure impacts by the shape that they share, and put what is reported of them."""
+        share_shape(rows, samples, origin, self.wanted.contact_level == 0, told)
         if len(dropouts):
             cut_off(rows, dropouts)
         rows[:, 0] += segment
-        self.found.add(rows[:, :ROW].copy(), probability, span, judge.usual_level, grid.rungs.width)
+        measured[:] = rows[:, :ROW]
 
     @staticmethod
     def _took_out(span: Span, crests: np.ndarray) -> bool:

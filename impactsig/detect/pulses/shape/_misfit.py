@@ -183,7 +183,7 @@ def _add_touches(row, first, last, few, timed):
 
 @kernel
 def what_is_left(rows, alike):
-    """Mean square of what the family leaves of the pulses, over their heights; 0 for nothing."""
+    """Mean square of what the family leaves of the pulses, over their heights; its error."""
     total = weight = 0.0
     for k in alike:
         kept = rows[k, FIT:]
@@ -192,9 +192,8 @@ def what_is_left(rows, alike):
             total += one * kept[LEFT]
             weight += one
     if weight <= 0.0:
-        return 0.0
-    # More than noise leaves now and then.
-    return max(total / weight - 2.0 / math.sqrt(weight), 0.0)
+        return 0.0, np.inf
+    return total / weight, 1.0 / math.sqrt(weight)
 
 
 @kernel
