@@ -4,8 +4,8 @@ Skew, flatness, power and length of the edges and the difference of their powers
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
 and faint ones are measured with it. Where no member of the family follows the pulses, the clear
-ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). What noise hides
-in one span may show in others: each tells the next of the spread and of the rest.
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). What noise
+hides in one span may show in others: each tells the next of the spread and of the rest.
 """
 
 from __future__ import annotations
