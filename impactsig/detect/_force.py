@@ -281,12 +281,12 @@ class _Search:
         measured = rows[:, :ROW].copy()
         if len(rows):
             alone = None if self.told.any() else rows.copy()
-            self._share(rows, samples, origin, dropouts, segment, self.told, measured)
+            self._share(rows, samples, origin, dropouts, measured, segment, self.told)
             if alone is not None and self.told.any():
                 self.first = _First(alone, samples.copy(), origin, dropouts, measured)
             elif self.first is not None and (told := told_by_last(self.told)).any():
-                one, self.first = self.first, None
-                self._share(*one[:-1], segment, told, one.measured)
+                earliest, self.first = self.first, None
+                self._share(*earliest, segment, told)
         self.found.add(measured, probability, span, judge.usual_level, grid.rungs.width)
 
     def _share(
@@ -295,9 +295,9 @@ class _Search:
         samples: np.ndarray,
         origin: int,
         dropouts: np.ndarray,
+        measured: np.ndarray,
         segment: int,
         told: np.ndarray,
-        measured: np.ndarray,
     ) -> None:
         """Measure impacts by the shape that they share, and put what is reported of them."""
         share_shape(rows, samples, origin, self.wanted.contact_level == 0, told)
