@@ -11,7 +11,8 @@ from typing import Any
 from numba.core import errors, lowering, typeinfer, types, utils
 from numba.core.errors import NumbaError, TypingError
 
-_TYPES = typeinfer
+_TYPES: Any = typeinfer
+_errors: Any = errors
 _ASKED_ONCE = (
     _TYPES.Propagate, _TYPES.ArgConstraint, _TYPES.CallConstraint, _TYPES.IntrinsicCallConstraint,
     _TYPES.GetAttrConstraint, _TYPES.SetItemConstraint, _TYPES.StaticGetItemConstraint,
@@ -45,7 +46,8 @@ def _propagate(network: Any, inferred: Any) -> list[Exception]:
                 if type(statement) is _TYPES.Propagate:
                     inferred.refine_map[statement.dst] = statement
                 continue
-            variables.noted = noted = []
+            noted: list[Any] = []
+            variables.noted = noted
             try:
                 statement(inferred)
             except errors.ForceLiteralArg as error:
@@ -74,15 +76,15 @@ class _Told:
     def __init__(self, text: str, *parts: Any, **named: Any) -> None:
         self.text, self.parts, self.named = text, parts, named
         place = named.get("loc")
-        if place is not None and not place.filename.startswith(errors._numba_path):
-            errors.loc_info.update(named)
+        if place is not None and not place.filename.startswith(_errors._numba_path):
+            _errors.loc_info.update(named)
 
     def __enter__(self) -> None:
         pass
 
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
         if isinstance(error, NumbaError):
-            error.add_context(errors._format_msg(self.text, self.parts, self.named))
+            error.add_context(_errors._format_msg(self.text, self.parts, self.named))
 
 
 CHANGED: tuple[tuple[Any, str, Any], ...] = (
