@@ -31,6 +31,7 @@ def linked_once() -> Iterator[None]:
     if not KNOWN or JITCodeLibrary.finalize is _finalize:
         yield
         return
+    from ._typed_once import CHANGED as TYPED
     from ._worked_out_once import CHANGED as WORKED_OUT  # these import numba's functions of arrays
     from ._written_briefly import CHANGED as WRITTEN
 
@@ -39,6 +40,7 @@ def linked_once() -> Iterator[None]:
         (_FunctionCompiler, "_customize_flags", _without_c_wrapper),
         (TargetConfig, "__eq__", _are_alike),
         (TargetConfig, "__hash__", _hash),
+        *TYPED,
         *WORKED_OUT,
         *WRITTEN,
     )

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import gc
 import hashlib
 import linecache
 import sys
@@ -40,6 +39,7 @@ from .._running.watched import watched
 from ..errors import ImpactsigWarning
 from . import sources
 from ._linking import linked_once
+from .garbage import without_collections
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -92,7 +92,7 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
 
     def compile_in_turn(*arguments: Any) -> Any:
         _read_array_functions()
-        with global_compiler_lock, _without_collections(), linked_once(), _counted():
+        with global_compiler_lock, without_collections(), linked_once(), _counted():
             if not caches:
                 caches.append(_cache_of(function))
                 if caches[0] is not None:
@@ -133,18 +133,6 @@ def _read_array_functions() -> None:
         arraymath.ensure_blas = asks
     finally:
         linalg.ensure_blas = asks
-
-
-@contextlib.contextmanager
-def _without_collections() -> Iterator[None]:
-    """Switch off garbage collection, which took a tenth of the time of compiling."""
-    were_made = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if were_made:
-            gc.enable()
 
 
 @contextlib.contextmanager

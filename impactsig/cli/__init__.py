@@ -17,6 +17,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from .._compiling import garbage
 from ..errors import ImpactsigError, ImpactsigWarning
 from ._files import standard_input
 from ._options import one_line, with_negative_numbers
@@ -86,7 +87,8 @@ def _rare_collections() -> Iterator[None]:
     atexit.register(gc.freeze)
     gc.set_threshold(20_000, 10, 10)
     try:
-        yield
+        with garbage.kept():
+            yield
     finally:
         gc.set_threshold(*thresholds)
 

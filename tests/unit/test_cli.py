@@ -74,10 +74,10 @@ def test_the_collector_of_garbage_is_left_as_it_was(monkeypatch, recording):
     monkeypatch.setattr(
         "impactsig.cli._show_warnings_as_lines", lambda: within.append(gc.get_threshold())
     )
-    before = gc.get_threshold()
+    before, frozen = gc.get_threshold(), gc.get_freeze_count()
     for path in (recording, "missing.wav"):
         run("detect", path, "--sensor", "force")
-        assert gc.get_threshold() == before
+        assert (gc.get_threshold(), gc.get_freeze_count()) == (before, frozen)
     assert all(thresholds[0] > before[0] for thresholds in within)
     assert len(within) == 2
 

@@ -46,9 +46,10 @@ def test_a_slice_is_filled_only_with_what_has_its_shape(call):
 
 
 def state():
-    from impactsig._compiling._worked_out_once import CHANGED
+    from impactsig._compiling import _typed_once, _worked_out_once
 
-    return [getattr(owner, name) for owner, name, _ in CHANGED], [new for *_, new in CHANGED]
+    changed = _typed_once.CHANGED + _worked_out_once.CHANGED
+    return [getattr(owner, name) for owner, name, _ in changed], [new for *_, new in changed]
 
 
 def test_numba_is_as_it_was_afterwards_even_after_an_error(call):
