@@ -25,7 +25,7 @@ OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.4, 0.1
 COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
 """Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
 clear pulses, or so many, which begin anywhere between two samples."""
-OUTWARD, ROUND = 0.04, 0.35
+OUTWARD, ROUND = 0.02, 0.35
 """Samples that it is read outside the pulse in the mean, where the edge begins with a kink; none
 where it is soft, of a power whose logarithm is so much."""
 UNSEEN, UNSEEN_FLAT = 0.075, 0.25
