@@ -24,7 +24,7 @@ from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
 from .pulses.shape.shared_shape import LEAST as LEAST_ALIKE
-from .pulses.shape.shared_shape import nothing_told, share_shape
+from .pulses.shape.shared_shape import nothing_told, share_shape, told_by_last
 from .search.direction import direction
 from .search.disturbances import disturbances
 from .search.events.shoulder_kernels import Noise, tails
@@ -135,6 +135,16 @@ def detect_force(
     return search(max(LONGER[0], LONGER[1] / rate), longer)
 
 
+class _First(NamedTuple):
+    """The first span that tells of shapes; the next that does says more of the first, too."""
+
+    rows: np.ndarray
+    samples: np.ndarray
+    origin: int
+    dropouts: np.ndarray
+    measured: np.ndarray
+
+
 class _Search:
     """The second pass over one stretch without gaps."""
 
@@ -163,7 +173,8 @@ class _Search:
             repeats=repeats,
             left_out=left_out,
         )
-        self.told = nothing_told()  # of the spread of shapes, by the spans so far
+        self.told = nothing_told()  # of shapes, by the spans so far
+        self.first: _First | None = None  # which nothing was told
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0
@@ -268,16 +279,40 @@ class _Search:
             Disturbance("burst", start + segment, end - start, height)
             for start, end, height in span.bursts
         ]
-        few = len(rows) < LEAST_ALIKE
-        if not few:
-            share_shape(rows, samples, origin, self.wanted.contact_level == 0, self.told)
+        if len(rows) < LEAST_ALIKE:
+            measured = rows[:, :ROW]  # a view: they may be measured anew
+            if len(dropouts):
+                cut_off(rows, dropouts)
+            if len(rows):
+                self.found.few.add(rows, samples, origin)
+            rows[:, 0] += segment
+        else:
+            measured = rows[:, :ROW].copy()  # without what is kept of fits
+            alone = None if self.told.any() else rows.copy()
+            self._share(rows, samples, origin, dropouts, measured, segment, self.told)
+            if alone is not None and self.told.any():
+                self.first = _First(alone, samples.copy(), origin, dropouts, measured)
+            elif self.first is not None and (told := told_by_last(self.told)).any():
+                earliest, self.first = self.first, None
+                self._share(*earliest, segment, told)
+        self.found.add(measured, probability, span, judge.usual_level, grid.rungs.width)
+
+    def _share(
+        self,
+        rows: np.ndarray,
+        samples: np.ndarray,
+        origin: int,
+        dropouts: np.ndarray,
+        measured: np.ndarray,
+        segment: int,
+        told: np.ndarray,
+    ) -> None:
+        """Measure impacts by the shape that they share, and put what is reported of them."""
+        share_shape(rows, samples, origin, self.wanted.contact_level == 0, told)
         if len(dropouts):
             cut_off(rows, dropouts)
-        if len(rows) and few:
-            self.found.few.add(rows, samples, origin)
         rows[:, 0] += segment
-        results = rows[:, :ROW] if few else rows[:, :ROW].copy()  # without what is kept of fits
-        self.found.add(results, probability, span, judge.usual_level, grid.rungs.width)
+        measured[:] = rows[:, :ROW]
 
     @staticmethod
     def _took_out(span: Span, crests: np.ndarray) -> bool:

@@ -62,7 +62,9 @@ def test_intervals_between_clear_impacts_of_another_shape_are_as_exact_as_can_be
 
 def test_contacts_of_fifteen_samples_are_told_to_a_tenth_of_one_by_many():
     # 0.13 samples were stated, three times what they are off by.
-    rows = errors("flat-topped", 50e3, 22, contact=3e-4)
+    rows = [
+        row for seed in range(22, 26) for row in errors("flat-topped", 50e3, seed, contact=3e-4)
+    ]
     off, stated = np.array([(row["contact_time"], row["contact_time_error"]) for row in rows]).T
     assert np.median(stated) < 0.11 / 50e3
     assert np.sqrt(np.mean((off / stated) ** 2)) < 1.25
@@ -76,4 +78,6 @@ def test_contacts_by_a_law_of_force_are_as_uncertain_as_they_are_off(law):
     for name in ("time", "contact_time"):
         z = np.array([row[name] / row[f"{name}_error"] for row in rows])
         assert 0.3 < np.sqrt(np.mean(z**2)) < 1.3
-    assert np.mean([row["contact_time"] for row in rows]) < 0.03e-3
+    # With the restitution of 0.5 they are 27 us long, by 11 us more or less from record to record.
+    longest = 0.04e-3 if law == "Hunt-Cr. .5" else 0.03e-3
+    assert np.mean([row["contact_time"] for row in rows]) < longest

@@ -60,8 +60,8 @@ ALIKE, NOISE_TOO = 0.001, 1.5
 is the crest too."""
 USUAL = math.sqrt(2.0 * (2 * PER_EDGE + PER_TOP))
 """Standard deviation of the sum over these stretches of squares of noise over variances."""
-DOUBT = 3.0 * USUAL
-"""What noise hardly ever leaves."""
+ABSORBED = 7.0
+"""By how much that sum is less than none: so many stretches does a shape of the family follow."""
 EXACT = 1e-3
 """Standard error, of the height, of samples without noise."""
 MEAN_SLOPE = 0.6
@@ -134,8 +134,8 @@ def _samples(row, x, origin, room):
 def common_rest(rows, clear, x, origin, room):
     """The rest of the shape of clear pulses over their heights, in BINS stretches.
 
-    And its mean square over that of the heights, as far as it is more than noise leaves; and as far
-    as it is more than noise usually leaves, which does not say that there is a rest.
+    And its mean square over that of the heights less what noise leaves, and the standard error of
+    that.
     """
     total, beyond, weight = np.zeros(BINS), np.zeros(BINS), np.zeros(BINS)
     for j in clear:
@@ -170,9 +170,8 @@ def common_rest(rows, clear, x, origin, room):
                 square += beyond[b] ** 2 / weight[b] - 1.0
                 shown += weight[b]
             total[b] *= max(1.0 - 1.0 / (weight[b] * total[b] ** 2 + 1e-300), 0.0)
-    left = max(square - DOUBT, 0.0) / max(shown, 1e-300)
-    hidden = max(square - USUAL, 0.0) / max(shown, 1e-300)
-    return total, left, hidden
+    shown = max(shown, 1e-300)
+    return total, (square + ABSORBED) / shown, USUAL / shown
 
 
 @kernel

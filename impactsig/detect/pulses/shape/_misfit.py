@@ -22,19 +22,15 @@ from ._common_rest import crest_of, is_clear
 from ._touch import STRETCHES, add_edges, read_touch
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.4, 0.1
-BETWEEN, FEWEST = 0.7, 5.0
-"""Samples, over the clear pulses, or so many: to no better is a touch read that is not that of the
-family. Pulses begin anywhere between two samples: of n, one has a sample within 1/n of its touch.
-"""
-COARSE, UNSEEN = 0.25, 0.075
-"""Of a sample, over the samples of an edge: how far off its touch is for want of samples.
-
-Where a misfit shows or the pulse has a flat top, and where neither is so: few samples follow any
-shape, and where an edge of few samples turns into a flat top is not seen.
-"""
-FEW_COARSE, STEEPER = 3.0, 0.15
-"""Samples on an edge from which that is less by the square of them; unless the logarithm of the
-power at its touch is less than the family's by so much: what is steep is not read so well."""
+COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
+"""Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
+clear pulses, or so many, which begin anywhere between two samples."""
+OUTWARD, ROUND = 0.02, 0.35
+"""Samples that it is read outside the pulse in the mean, where the edge begins with a kink; none
+where it is soft, of a power whose logarithm is so much."""
+UNSEEN, UNSEEN_FLAT = 0.075, 0.25
+"""Of a sample, over the samples of an edge: how far off its touch is where no misfit shows, and
+where the pulse has a flat top: where an edge of few samples turns into that is not seen."""
 JUMP, JUMPS, JUMPED = 0.4, 0.5, 0.2
 """Samples that a touch is off by where the force begins with a jump, which lies anywhere between
 two samples: where that logarithm is less than the family's by JUMPS, in full by JUMPED more."""
@@ -108,12 +104,11 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
         jumps = min(max((rises - MAY_JUMP) / JUMP_SURE, 0.0), 1.0)
         start_variance += (JUMP_MISREAD * jumps) ** 2
     end, end_variance, falls = read_touch(edges[1], late, warp.late, softer, late_off)
+    inward, back = _outward(early), _outward(late)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
-    between = BETWEEN / max(clear, FEWEST)
-    first = between * min(math.hypot((start - soft) / early_off, rises / STEEPER), 1.0)
-    last = between * min(math.hypot((end - softer) / late_off, falls / STEEPER), 1.0)
+    between = BETWEEN / math.sqrt(max(clear, FEWEST))
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
@@ -123,20 +118,21 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     for k in alike:
         row = rows[k]
         contact = row[1] if timed else _length(row)
-        row[0] = max(row[0] + start * contact, 0.0)
+        row[0] = max(row[0] + start * contact + inward, 0.0)
         row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2)
         if early > STEEP or rise * _length(row) > FEW:
             row[SHARED] = math.sqrt(row[SHARED] ** 2 + start_variance * contact**2)
         if timed:
-            row[1] += (end - start) * contact
+            row[1] += (end - start) * contact - inward - back
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
         _add_touches(
             row,
-            math.hypot(first, _coarse(rise * length, rises)),
-            math.hypot(last, _coarse(fall * length, falls)),
+            math.hypot(between, _coarse(rise * length, rises)),
+            math.hypot(between, _coarse(fall * length, falls)),
             _coarse(rise * length, rises),
+            0.0,
             timed,
         )
         if row[FIT + UNIT] > 0.0:
@@ -157,7 +153,7 @@ def allow_for_unseen(rows, alike, hidden, timed):
         parts = parts_of(rows[k, FIT + NOW :])
         rise, fall = _samples_on(parts.rise), _samples_on(parts.fall)
         flat = min(parts.flat / math.sqrt(rise * fall), 1.0)
-        few = UNSEEN + (COARSE - UNSEEN) * flat
+        few = UNSEEN + (UNSEEN_FLAT - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
         p = rows[k, FIT + NOW :]
         warp = warp_of(p, p[POWERS])
@@ -172,7 +168,7 @@ def allow_for_unseen(rows, alike, hidden, timed):
         rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
-        _add_touches(rows[k], math.hypot(first, early), math.hypot(last, late), first, timed)
+        _add_touches(rows[k], math.hypot(first, early), math.hypot(last, late), first, 1.0, timed)
 
 
 @kernel
@@ -207,6 +203,12 @@ def _earlier_by_lean(warp):
 
 
 @kernel
+def _outward(power):
+    """How far outside the pulse a touch with a misfit is read in the mean [samples]."""
+    return OUTWARD * min(max(1.0 - math.log(power) / ROUND, 0.0), 1.0)
+
+
+@kernel
 def _samples_on(edge):
     """Samples on an edge, one at least: a touch lies between two."""
     return max(edge, 1.0)
@@ -215,23 +217,23 @@ def _samples_on(edge):
 @kernel
 def _coarse(edge, steeper):
     """How far off a touch with a misfit is for want of samples on its edge [samples]."""
-    k = _samples_on(edge)
-    few = COARSE / k * min(max(FEW_COARSE / k, steeper / STEEPER), 1.0)
+    few = COARSE / _samples_on(edge)
     return math.hypot(few, JUMP * min(max((steeper - JUMPS) / JUMPED, 0.0), 1.0))
 
 
 @kernel
-def _add_touches(row, first, last, few, timed):
-    """Add errors of the touches [samples]: both ends of a pulse are off outwards, or inwards."""
+def _add_touches(row, first, last, few, together, timed):
+    """Add errors of the touches [samples], of correlation -`together`."""
     row[ERRORS] = math.hypot(row[ERRORS], first)
     row[SHARED] = math.hypot(row[SHARED], FEW_SHARED * few)
     if timed:
-        row[ERRORS + 1] = math.hypot(row[ERRORS + 1], first + last)
+        both = first * first + last * last + 2.0 * together * first * last
+        row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + both)
 
 
 @kernel
 def what_is_left(rows, alike):
-    """Mean square of what the family leaves of the pulses, over their heights; 0 for nothing."""
+    """Mean square of what the family leaves of the pulses, over their heights; its error."""
     total = weight = 0.0
     for k in alike:
         kept = rows[k, FIT:]
@@ -240,9 +242,8 @@ def what_is_left(rows, alike):
             total += one * kept[LEFT]
             weight += one
     if weight <= 0.0:
-        return 0.0
-    # More than noise leaves now and then.
-    return max(total / weight - 2.0 / math.sqrt(weight), 0.0)
+        return 0.0, np.inf
+    return total / weight, 1.0 / math.sqrt(weight)
 
 
 @kernel

@@ -40,6 +40,8 @@ BRIEF = 0.3
 """Flat tops over edges that count as brief."""
 APART = np.array([0.5, 1.0, 0.15, 0.7, 0.15])
 """Standard deviation of the mean shape about where it is expected."""
+ALONE = 2
+"""First of the rows in which a span tells what it shows by itself."""
 FORGOTTEN, AGREES = 0.1, 3.0
 """Share of what the spans before tell that each new one takes off; standard errors within which a
 span agrees with them."""
@@ -68,7 +70,7 @@ class Shape(NamedTuple):
     mean: np.ndarray  # (s,), mu
     spread: np.ndarray  # (s,), W^-1/2
     common: np.ndarray  # (s, s), W (covariance of the mean) W
-    told: np.ndarray  # (2, s), information on the variance, times its most likely value and alone
+    told: np.ndarray  # (4, s + 1), as `nothing_told` describes it
 
 
 @allocating
@@ -133,10 +135,11 @@ def estimate_shape(fits, about, told, before, rounds):
     """Estimate the shape that fits share; fills in their steps and covariances.
 
     It is looked for from the shape `before`, in so many rounds; `about` (2, s) is where its mean is
-    expected, and how far from there, `told` (2, s) what the spans before tell of its spread.
+    expected, and how far from there, `told` what the spans before tell of its spread.
     """
     n, s = fits.score.shape[1], SHAPES
     told = told.copy()
+    told[ALONE:, :s] = 0.0
     mean, spread = before.mean.copy(), before.spread.copy()
     mode = spread.copy()
     weight, towards = np.empty(s), np.empty(s)
@@ -186,7 +189,7 @@ def estimate_shape(fits, about, told, before, rounds):
             seen, likely = square / double, variance + gain / max(square, 1e-12)
             apart = likely * told[1, a] - told[0, a]
             if apart * apart * seen > AGREES**2 * told[1, a] * (told[1, a] + seen):
-                told[:, a] = 0.0
+                told[:ALONE, a] = 0.0
             known = max(seen + told[1, a], 1e-300)
             level = (seen * likely + told[0, a]) / known
             gain += WEIGHT * (SPREAD[a] ** 2 - variance)
@@ -194,8 +197,7 @@ def estimate_shape(fits, about, told, before, rounds):
             square += double * told[1, a]
             variance += max(gain / (square + WEIGHT), -0.9 * variance)
             if turn == rounds - 2 and abs(seen * likely) < np.inf:
-                told[0, a] = (1.0 - FORGOTTEN) * told[0, a] + seen * likely
-                told[1, a] = (1.0 - FORGOTTEN) * told[1, a] + seen
+                told[ALONE, a], told[ALONE + 1, a] = seen * likely, seen
             mode[a] = np.sqrt(variance)
             # The last round allows for what is not known of it.
             if turn == rounds - 2 and abs(level) < np.inf:

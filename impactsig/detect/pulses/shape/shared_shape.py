@@ -4,7 +4,8 @@ Skew, flatness, power and length of the edges and the difference of their powers
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
 and faint ones are measured with it. Where no member of the family follows the pulses, the clear
-ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`).
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). What noise
+hides in one span may show in others: each tells the next of the spread and of the rest.
 """
 
 from __future__ import annotations
@@ -41,8 +42,11 @@ from ._common_rest import (
 from ._misfit import allow_for_unseen, correct_misfit, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
+    AGREES,
+    ALONE,
     APART,
     BRIEF,
+    FORGOTTEN,
     ROUNDS,
     SHAPES,
     Shape,
@@ -68,6 +72,16 @@ STEEP, LONG = 16.0, 3.0
 """Samples on both edges, and flat top over these: where samples enter them fits are not linear."""
 AS_LONG = 8.0
 """Times as long as the matched response, or as short, a pulse may become."""
+OF_REST = SHAPES
+"""Column, after those of the shape, of what is told of its rest."""
+DOUBT, OF_ONE = 3.7, 2.0
+"""Standard errors of the rest's mean square that noise hardly ever leaves; of that of single fits,
+which is less than none by one to four."""
+USUAL = 1.7
+"""What noise usually leaves: no more is taken for a rest where there need not be one."""
+BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
+"""Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
+no smaller share of the rest is taken to be left."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -82,8 +96,19 @@ class Work(NamedTuple):
 
 
 def nothing_told() -> np.ndarray:
-    """What the spans before the first tell of the spread of shapes."""
-    return np.zeros((2, SHAPES))
+    """What spans tell of shapes: all before in rows 0 and 1, the last one alone in 2 and 3.
+
+    Of the variance of each parameter, and of the mean square of the rest, the information, times
+    the most likely value and alone.
+    """
+    return np.zeros((4, SHAPES + 1))
+
+
+def told_by_last(told: np.ndarray) -> np.ndarray:
+    """What the last span told alone, to tell it to another."""
+    alone = nothing_told()
+    alone[:ALONE] = told[ALONE:]
+    return alone
 
 
 def share_shape(rows, x, origin, timed, told):
@@ -97,8 +122,8 @@ def share_shape(rows, x, origin, timed, told):
         The samples that they were measured in, and the place of the first.
     timed : bool
         Contact times are those from first to last touch.
-    told : array (2, SHAPES)
-        What the spans before tell of the spread of shapes; this one is added, in place.
+    told : array
+        What the spans before tell (see `nothing_told`); this one is added, in place.
     """
     missed, *found = _share_family(rows, x, origin, timed, told)
     if missed:  # few records need it, and it takes long to compile
@@ -117,11 +142,14 @@ def _share_family(rows, x, origin, timed, told):
     """
     alike = _alike(rows)
     clear = _clear(rows, alike)
-    left = what_is_left(rows, alike)
-    missed, steep = left > 0.0, _are_steep(rows, alike)
-    hidden = 0.0
-    shown = missed and len(clear) >= LEAST and not steep
+    left, error = what_is_left(rows, alike)
+    length = _usual_length(rows, alike)
+    absorbed = max(1.0 - BY_ONE / length, FEWEST)
+    missed, steep = left > OF_ONE * error, _are_steep(rows, alike)
+    if not missed and not steep:
+        error = np.inf  # single fits of few samples leave nothing
     about, learnt = np.empty((2, SHAPES)), told.copy()
+    learnt[ALONE:] = 0.0
     for m in range(SHAPES):
         about[0, m], about[1, m] = ABOUT[m], APART[m]
     mean, spread = about[0], about[1]
@@ -139,13 +167,16 @@ def _share_family(rows, x, origin, timed, told):
             linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
             if not missed and len(clear) >= LEAST:
-                _, left, hidden = common_rest(rows, clear, x, origin, room)
-                missed = left > 0.0
-                shown = missed
+                _, left, error = common_rest(rows, clear, x, origin, room)
+                absorbed = max(1.0 - BY_SHARED / length, FEWEST)
         mean, spread, learnt = shape.mean, shape.spread, shape.told
+    left, error = _with_told(left / absorbed, error / absorbed, learnt)
+    missed |= len(alike) > 0 and left > DOUBT * error
     if not missed:
         _learn(learnt, told)
-        allow_for_unseen(rows, alike, hidden, timed)
+        allow_for_unseen(rows, alike, max(left - USUAL * error, 0.0), timed)
+    shown = missed and len(clear) >= LEAST and not steep
+    left = max(left, 0.0)
     return missed, shown, steep, left, alike, clear, about, mean, spread, learnt
 
 
@@ -180,18 +211,55 @@ def _share_missed(
             for _ in range(MISSED_ROUNDS):
                 linearize_with(rows, alike, x, origin, rest, room)
                 shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
-        _learn(shape.told, told)
-    rest, held, _ = common_rest(rows, clear, x, origin, room)
+        for k in range(len(learnt)):
+            for m in range(SHAPES):
+                learnt[k, m] = shape.told[k, m]
+    _learn(learnt, told)
+    rest, held, error = common_rest(rows, clear, x, origin, room)
+    held = max(held - DOUBT * error, 0.0) if shown else 0.0
     power = mean[POWER - SKEW] + mean[POWERS - SKEW]
-    correct_misfit(rows, alike, x, origin, left, held if shown else 0.0, rest, power, timed)
+    correct_misfit(rows, alike, x, origin, left, held, rest, power, timed)
+
+
+@kernel
+def _usual_length(rows, alike):
+    """Mean length of pulses [samples], by the squares of their heights; one at least."""
+    length = total = 0.0
+    for k in alike:
+        parts = parts_of(rows[k, FIT + NOW :])
+        one = rows[k, 2] ** 2
+        length += one * (parts.rise + parts.flat + parts.fall)
+        total += one
+    return max(length / total, 1.0) if total > 0.0 else 1.0
+
+
+@kernel
+def _with_told(left, error, told):
+    """Mean square of the rest and its error, with what the spans before tell of it.
+
+    Unless this one shows more; that it shows less says little, for the family may follow the pulses
+    of one second. What the span tells by itself is put into `told`.
+    """
+    seen = error**-2.0 if error > 0.0 else 0.0
+    told[ALONE, OF_REST], told[ALONE + 1, OF_REST] = seen * left, seen
+    known = told[1, OF_REST]
+    if known > 0.0 and seen > 0.0:
+        apart = left - told[0, OF_REST] / known
+        if apart > AGREES * math.sqrt(1.0 / known + 1.0 / seen):
+            told[:ALONE, OF_REST] = 0.0
+    known = told[1, OF_REST] + seen
+    if not known > 0.0:
+        return 0.0, np.inf
+    return (told[0, OF_REST] + seen * left) / known, known**-0.5
 
 
 @kernel
 def _learn(learnt, told):
-    """Add what a span tells of the spread of shapes."""
-    for k in range(2):
-        for m in range(SHAPES):
-            told[k, m] = learnt[k, m]
+    """Add what a span tells of shapes, and forget some of what those before told."""
+    for k in range(ALONE):
+        for m in range(SHAPES + 1):
+            told[ALONE + k, m] = learnt[ALONE + k, m]
+            told[k, m] = (1.0 - FORGOTTEN) * learnt[k, m] + learnt[ALONE + k, m]
 
 
 @allocating
