@@ -17,11 +17,11 @@ from ..oscillators import Oscillator
 from ._machine import KINDS, PARAMETERS, parameters_of
 
 ALIKE = 1e-3
-"""Range of the strengths, as a share, below which they tell nothing."""
+"""Relative range of the strengths below which they are not informative."""
 APART = 100.0
 """Forcing periods an interval, or intervals a period, beyond which the period is a mistake."""
 LOCKED = 25.0
-"""Squared vector strength times the number of impacts from which the phases tell the frequency."""
+"""Squared vector strength times the number of impacts, from which on the frequency is found."""
 
 
 def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
@@ -30,7 +30,7 @@ def free_parameters(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def kinds_of(kinds: Any, many: bool) -> tuple[str, ...]:
-    """Kinds of machine to compare: one train tells a soft stop from a rigid one, many the rest."""
+    """Kinds of machine to compare: one train distinguishes soft and rigid, several all kinds."""
     names = some_of("kinds", kinds, KINDS)
     if not many and not set(names) <= {"rigid", "soft"}:
         raise InvalidInput(

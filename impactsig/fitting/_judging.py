@@ -1,12 +1,12 @@
-"""Monte Carlo test of a fit, in which the measured train is one of many that are alike.
+"""Monte Carlo test of a fit, in which measured and simulated trains are exchangeable.
 
 Trains are simulated at parameters drawn from what the fit leaves open, and the measured train is
 put among them. What all are compared by, the frequent phases, the classes of intervals and the
 means that moments are taken from, is chosen from all of them together, and each is compared with
 the mean and the scatter of all. So if the fit is right the measured train is exchangeable with the
 others, and its rank has the distribution that a p-value must have. Had the measured train alone
-chosen the moments, it would lie nearer to them than any other: hardly an impact of its own comes
-outside of phases that were chosen as those of its impacts.
+chosen the moments, it would lie nearer to them than any other: hardly any of its impacts lies
+outside phases that were chosen as those of its impacts.
 
 A train with too few impacts to have moments, or with ten times as many as the measured one, is
 unlike the measured one: it counts as nearer. Whichever rank such trains are given in advance, the
@@ -26,9 +26,9 @@ from .trains.moments import Moments
 from .trains.partition import Train
 
 JUDGED = 40
-"""Trains simulated at an optimum, which tell whether the measured one is of their kind."""
+"""Trains simulated at an optimum, with which the measured one is compared."""
 LEAST_P = 1 / (JUDGED + 1)
-"""Where all of these are nearer, the search may have gone astray, and it begins anew."""
+"""If all of these are nearer, the search may be in a wrong minimum, and restarts."""
 HOPELESS = 10.0
 """Distance beyond which no chance or bias, but only another oscillator, explains the train."""
 FEWEST = 20  # impacts of all trains by their number, from which on they can be compared
@@ -103,7 +103,7 @@ def compared(measured: Train, simulated: Train) -> Judgement:
 
 
 def p_value(measured: float, simulated: np.ndarray, trains: int) -> float:
-    """Share of all trains, including the measured one, that deviate at least as much as it."""
+    """Fraction of all trains, including the measured one, that deviate at least as much."""
     return (1 + int(np.sum(simulated >= measured))) / (1 + trains)
 
 

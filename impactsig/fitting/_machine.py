@@ -29,7 +29,7 @@ class Parameter:
     half : float
         On that scale, how far around the beginning the search starts.
     finest : float
-        What trains of some thousand impacts cannot tell apart.
+        Difference that trains of some thousand impacts cannot resolve.
     """
 
     low: float

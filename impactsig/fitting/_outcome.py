@@ -1,4 +1,4 @@
-"""What is made of an estimate: intervals, warnings, and a train simulated there."""
+"""Result of an estimate: intervals, warnings, and a train simulated with it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .searching.problem import Problem
 
 CONFIDENCE = 0.95
 UNTOLD = {"restitution": 0.5}
-"""Half-width of an interval that tells nothing; of parameters sought by their logarithm, log 5."""
+"""Half-width of an uninformative interval; of parameters sought by their logarithm, log 5."""
 ALONE = (
     "instants alone do not tell a soft stop from a rigid one, for which these values hold: "
     "of a soft one the restitution coefficient can be 0.3 larger, the damping several times"

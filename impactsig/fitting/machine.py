@@ -1,4 +1,4 @@
-"""What many trains tell of the oscillator that they share, and how well."""
+"""Result of a fit of one oscillator to several trains, with its uncertainties."""
 
 from __future__ import annotations
 

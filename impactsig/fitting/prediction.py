@@ -218,7 +218,7 @@ def _rank(shares: np.ndarray, trains: int) -> float:
     count, total, squares = len(flat) - 1, flat.sum(axis=0), np.sum(flat**2, axis=0)
     mean = (total - flat) / count
     variance = np.maximum((squares - flat**2) / count - mean**2, 0.0)
-    # A bin that hardly any train has an interval in counts by what one more would change.
+    # The weight of a bin with hardly any interval is the effect of one more.
     floor = np.mean(flat.sum(axis=1)) / flat.shape[1] / max(trains, 1)
     distance = np.mean((flat - mean) ** 2 / (variance + floor**2), axis=1)
     return p_value(float(distance[0]), distance[1:], trains)

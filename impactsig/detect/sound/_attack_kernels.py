@@ -9,8 +9,8 @@ from ._lane_kernels import exponentials, logarithms, sum_of, sum_of_squares
 
 DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
 MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
-SURE = 0.7  # of what a rise lets expect: no better is an attack known
-CLEAR = 0.03  # share of the greatest power at which a sound is no longer a filter's ringing
+SURE = 0.7  # of the standard error expected for a rise: the least one of an attack
+CLEAR = 0.03  # fraction of the greatest power above which a sound is not a filter's ringing
 LAGS = 8  # that are summed in vector lanes
 _NONE, _ONE = np.uint64(0), np.uint64(1)
 
@@ -27,7 +27,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
     limits : least and greatest sample of the record
     out : (n, 5), room for attack (index in x, between samples), peak, whether it is clipped, the
         variance of the attack and the samples from there until the sound is clear
-    sounds : (n, m), room for what is heard about each attack; zeros where that is not all there
+    sounds : (n, m), output for the sound around each attack; zeros where that is incomplete
     """
     gains = np.empty((2, 3, 2 * scale.reach + 1))
     for found in range(len(places)):
@@ -110,8 +110,8 @@ def counting_as_one(squares, split, gain, lags):
 def samples_that_tell(squares, split, together):
     """Squares before the split that make it e times less likely, on the mean; inf for no rise.
 
-    Of independent ones whose mean rises by r at the split, each tells (ln r - 1 + 1/r) / 2. So well
-    is the split of such a rise known; a single great square may make it seem known better.
+    Of independent ones whose mean rises by r at the split, each contributes (ln r - 1 + 1/r) / 2.
+    The split is not known better than this, even if a single large square seems to show it.
     """
     before = after = 0.0
     for i in range(split):
@@ -192,10 +192,10 @@ def square(values):
 def variance_change(squares, at, reach, gains):
     """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
 
-    That which makes AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]) least; and by
-    how much that is less than N ln mean(squares). (at, -1) where the mean rises nowhere. That of
-    every split at - reach + i is left in gains[0, i], -1 where the mean does not rise; the other
-    two rows are scratch.
+    It minimises AIC(k) = k ln mean(squares[:k]) + (N - k) ln mean(squares[k:]). Returns the split
+    and the gain N ln mean(squares) - AIC; (at, -1) if the mean rises nowhere. The gain of every
+    split at - reach + i is stored in gains[0, i], -1 where the mean does not rise; the other two
+    rows are scratch.
     """
     count, total = len(squares), sum_of(squares)
     gains[0] = -1.0

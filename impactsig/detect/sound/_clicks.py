@@ -1,11 +1,11 @@
 """Isolated samples in a sound: clicks of a cable or a lost word, not impacts.
 
-With a sample replaced by the mean of its two neighbours, an impact that begins there goes on to
-ring, and nothing is left of a click: of the samples within 2 ms, and of their differences of second
-order, those after it have no more than twice the power of those before, or a hundredth of the
-click's. It is further from that mean than three times the RMS of the differences, and than its
-neighbours are from each other: a sound that begins with a jump is no click. These are no further
-apart than a fifth of that, or than twice what is usual before it.
+If the sample is replaced by the mean of its two neighbours, an impact that begins there continues
+to ring, and of a click nothing remains: the samples within 2 ms after it, and their second
+differences, have at most twice the power of those before, or a hundredth of that of the click. Its
+distance from the mean is more than three times the RMS of the differences, and more than the
+difference of its neighbours: a sound that begins with a jump is not a click. The latter is at most
+a fifth of the distance, or at most twice the usual difference before it.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from ._windows import Window
 
 BESIDE = 2e-3  # [s]
 SKIPPED = 3  # samples next to the click, which filters may smear it over
-FIRST = 4  # differences that are looked at first
+FIRST = 4  # differences that are checked first
 LEFT, STANDS_OUT = 2.0, 3.0  # power left, and distance in RMS of differences
 NOTHING = 0.01  # of the power of the click
 APART, USUAL = 5.0, 2.0  # times as far from its neighbours as these are; times as far as usual
 FEWEST = 5  # impacts beside which others are clicks
 RAREST = 3  # clicks: one or two may as well be impacts that begin so
-MOST = 3  # times as many as there are others: where nearly all impacts are so short, they are that
+MOST = 3  # times the number of others: if nearly all impacts are so short, they are impacts
 
 
 @njit(nogil=True)
 def stands_alone(x, i, beside):
-    """Whether sample i is all that stands out within `beside` samples, and one more, of it."""
+    """Whether sample i is the only outlier within `beside` samples, and one more, of it."""
     middle = 0.5 * (x[i - 1] + x[i + 1])
     off = (x[i] - middle) ** 2
     if off == 0.0:
         return False
     count, before, after = beside - SKIPPED, 0.0, 0.0
-    for j in range(SKIPPED, min(SKIPPED + FIRST, beside)):  # they tell of nearly all samples
+    for j in range(SKIPPED, min(SKIPPED + FIRST, beside)):  # they decide on nearly all samples
         before += (x[i - j - 1] - 2.0 * x[i - j] + x[i - j + 1]) ** 2
         after += (x[i + j - 1] - 2.0 * x[i + j] + x[i + j + 1]) ** 2
     if off * count <= STANDS_OUT**2 * max(before, after):
@@ -62,7 +62,7 @@ def stands_alone(x, i, beside):
 
 @njit(nogil=True)
 def lone_samples(x, attacks, valid, beside, reach, out):
-    """out[k]: whether a sample stands alone at attacks[k], between two samples.
+    """out[k]: whether an isolated sample is at attacks[k], between two samples.
 
     It is the one within `reach` of it that is furthest from the mean of its neighbours.
     """
@@ -79,20 +79,20 @@ def lone_samples(x, attacks, valid, beside, reach, out):
 
 @njit(nogil=True)
 def all_lone_samples(x, first, last, beside, out):
-    """out[i - first]: whether sample i stands alone."""
+    """out[i - first]: whether sample i is isolated."""
     for i in range(first, last):
         out[i - first] = stands_alone(x, i, beside)
 
 
 def are_clicks(lone: np.ndarray) -> np.ndarray:
-    """Those that stand out as single samples, unless hardly any impact does, or nearly all."""
+    """Impacts that are single samples, unless hardly any, or nearly all, are."""
     count, others = np.count_nonzero(lone), np.count_nonzero(~lone)
     few = others >= FEWEST and RAREST <= count <= MOST * others
     return lone if few else np.zeros(len(lone), bool)
 
 
 def repairs(parts: Iterable[Window], rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """The samples of a record that stand alone, and the means of their neighbours."""
+    """The isolated samples of a record, and the means of their neighbours."""
     beside = round(BESIDE * rate)
     places, values = [np.empty(0, np.int64)], [np.empty(0)]
     for window in parts:

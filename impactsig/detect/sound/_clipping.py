@@ -1,7 +1,7 @@
 """Clipping of a sound record: how often its samples lie at the limits.
 
 Between the limits a clipped sound still rises at an impact; while it stays at them it does not, and
-where it leaves and reaches them it has edges, which are heard as other sound. Zero is no limit: it
+where it leaves and reaches them it has edges, which are additional sound. Zero is not a limit: it
 is digital silence in a record of magnitudes.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SOME = 16  # samples, one of which is looked at
+SOME = 16  # samples, one of which is checked
 MUCH = 0.02  # share at the limits that a note is worth
 
 
@@ -44,7 +44,7 @@ class Limits:
 
     @property
     def share(self) -> float:
-        """Share of the samples that lie at the limits."""
+        """Fraction of the samples that lie at the limits."""
         limits = ((self.least, self.at_least), (self.greatest, self.at_greatest))
         return sum(count for limit, count in limits if limit) / max(self.seen, 1)
 

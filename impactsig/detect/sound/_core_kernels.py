@@ -7,7 +7,7 @@ import numpy as np
 from ..._compiling.compiled import njit
 
 CHANGES = 50  # of a sample to the next, that show the step of a converter
-SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
+SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 
 
 @njit(nogil=True)

@@ -1,8 +1,8 @@
 """Noise of the cores of a record, and the background of each BLOCK of its frames.
 
-CORE frames share one noise, which is read from all that lies within four seconds of them; a window
-holds one or more of these cores. No noise is less than the rounding of the samples makes, or the
-step of the converter; what a strong sound nearby hides is added by `background` (`_floor.py`).
+CORE frames share one noise level, which is estimated from all frames within four seconds; a window
+contains one or more of these cores. The noise is at least that of the rounding of the samples and
+of the step of the converter; `background` (`powers/floor.py`) accounts for strong sound nearby.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
 
 
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
-    """Share of what lies `within` of each place that is no digital silence."""
+    """Fraction of the time `within` each place that is not digital silence."""
     if not silent.any():
         return np.ones(len(place))
     reach = round(within / (GROUP * seconds))
@@ -43,9 +43,8 @@ def crowd(
 ) -> np.ndarray:
     """Height that CRESTS a second reach `within` of places, by the crests there; 0 if fewer.
 
-    These are those from `first` to before `last`. Of them, only a `share` of the time is heard: at
-    least that share of them, and all at most. The geometric mean is asked for. `order` sorts the
-    heights.
+    These are those from `first` to before `last`. Only a `share` of their time is audible: the rank
+    is the geometric mean of that share of them and of all. `order` sorts the heights.
     """
     rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
     return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
@@ -80,7 +79,7 @@ def ranked(
 def number_as_high(
     place: np.ndarray, height: np.ndarray, asked: np.ndarray, reach: float, share: float
 ) -> np.ndarray:
-    """How many others at most `reach` from each place asked for are higher than a share of it."""
+    """How many others at most `reach` from each given place are higher than a fraction of it."""
     whole = int(reach)
     first = np.searchsorted(place, place[asked] - whole)
     last = np.searchsorted(place, place[asked] + whole, side="right")

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._compiling.compiled import njit
 
-SIDE_BY_SIDE = 64  # frames that are looked at in vector lanes
+SIDE_BY_SIDE = 64  # frames that are checked in vector lanes
 TOGETHER = 16  # places in an order, or groups of them, that are counted as one group
 
 

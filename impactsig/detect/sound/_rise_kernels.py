@@ -113,7 +113,7 @@ def low_likelihood(power, left, size, width, parts, first, bias, background, fre
     """Raise out[i] to the likelihood of a rise in an octave of `size` frames a coefficient.
 
     power[left] is that of frame 0. The mean of `width` from a frame on, weighted by a line that
-    falls to zero, is held against that of as many before it. The others are as above.
+    falls to zero, is compared with that of as many before it. The others are as above.
     """
     stride, same = max(STEP // size, 1), max(size // STEP, 1)
     count, whole = -(-len(out) // same), 0.5 * width * (width + 1.0)

@@ -1,18 +1,18 @@
 """Likelihood H of a rise in one octave, down to about 170 Hz.
 
-The octaves of `_kernels.py` end near 1.4 kHz, and narrow bands hear 23 ms: a low tone that dies
-within 5 ms hardly raises either. So the wavelet goes on for three octaves, whose coefficients last
-2 to 8 frames. With F_b the mean power of octave b from a frame on, weighted by a line that falls to
-zero, over 4 ms or four coefficients if that is longer, A_b that over as long before it, L_b the
-background (`floor.py`), and M_b the median power of its PARTs within about 0.1 s, freed from its
-bias,
+The octaves of `_kernels.py` end near 1.4 kHz, and narrow bands extend over 23 ms: a low tone that
+decays within 5 ms hardly raises either. So the wavelet has three further octaves, whose
+coefficients last 2 to 8 frames. With F_b the mean power of octave b from a frame on, weighted by a
+line that falls to zero, over 4 ms or four coefficients if that is longer, A_b that over as long
+before it, L_b the background (`floor.py`), and M_b the median power of its PARTs within about 0.1
+s, freed from its bias,
 
     H = max(3, n_b / 2 (x_b - 1 - ln x_b)),    x_b = F_b / max(A_b, L_b, M_b) > 1,
 
 where n_b is the degrees of freedom of F_b: the logarithm of the likelihood ratio of a rise in
-Gaussian noise of known power. A_b has few degrees of freedom. Where noise swells and sinks it falls
-far below its power now and then, and the median keeps H from taking that for a rise. In a dense
-train of impacts the median is the power half way between two of them.
+Gaussian noise of known power. A_b has few degrees of freedom. In varying noise it sometimes falls
+far below its power, and the median prevents that from being taken for a rise. In a dense train of
+impacts the median is the power half way between two of them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from ._rise_kernels import (
 from .powers.floor import quantile_bias
 
 FEWEST = 4  # coefficients of a mean
-CLEAR = 3.0  # H where nothing rises: less tells little
+CLEAR = 3.0  # H without a rise: smaller values mean little
 
 
 class Rises:

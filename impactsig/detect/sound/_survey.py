@@ -1,7 +1,7 @@
 """First pass over a sound record: rises of its power, in octaves and narrow bands.
 
-Frames wait until all that lies within four seconds after them has been seen, for the background is
-read from both sides (`_cores.py`). What is kept of the whole record is small: a rise in narrow
+Frames wait until the four seconds after them have been read, since the background is estimated from
+both sides (`_cores.py`). Little is kept of the whole record: a rise in narrow
 bands for every 16 frames, a sample of the rise in octaves, and the crests of the latter.
 """
 
@@ -33,11 +33,11 @@ from .powers.band_kernels import band_growth, band_rise, group_means
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from .powers.gate import Gate
 
-SAMPLED = 16  # frames of the octaves, one of which is kept
+SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
 LATER = 17e-3  # [s] after which it is asked whether they go on to rise
-RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, of which that is asked
-LOW = 200.0  # [Hz], below which a rise in one narrow band tells nothing
+RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, for which that is checked
+LOW = 200.0  # [Hz], below which a rise in one narrow band is not significant
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 

@@ -1,42 +1,42 @@
 """Impacts in a sound record: instants at which its power rises abruptly.
 
-The record is seen in two ways. First in octaves above about 1 kHz (5/3 wavelet), in frames of at
-most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that falls to
-zero, A_b that over the 4 ms before it, and L_b the background (`floor.py`), the rise is
+Four statistics are computed. The first is from octaves above about 1 kHz (5/3 wavelet), in frames
+of at most 0.5 ms: with F_b the mean power over the 4 ms from a frame on, weighted by a line that
+falls to zero, A_b that over the 4 ms before it, and L_b the background (`floor.py`), the rise is
 
     C = sum_b w_b max(0, ln(F_b / max(A_b, 2 L_b))),    w_b ~ 2^(-b/2) from the highest down:
 
-the more coefficients an octave has, the less its rise scatters in noise. Second in m narrow bands,
-24 an octave from 30 Hz (`bands.py`): with P_b the power now and Q_b the greatest of a band
-and its two neighbours 10 ms before,
+the more coefficients an octave has, the less its rise scatters in noise. The second is from m
+narrow bands, 24 per octave from 30 Hz (`bands.py`): with P_b the power now and Q_b the greatest of
+a band and its two neighbours 10 ms before,
 
     B = 1/m sum_b max(0, ln(max(P_b, 2 L_b) / max(Q_b, 2 L_b))).
 
-Where all else is calm, one band is enough. With x_b = P_b over the greater of L_b and half of the
-band's own power 10 ms before, and n_b the degrees of freedom of P_b in noise, the logarithm of the
-likelihood ratio of a rise is
+If the other bands are quiet, one band is sufficient. With x_b = P_b over the greater of L_b and
+half of the power of the band 10 ms before, and n_b the degrees of freedom of P_b in noise, the
+logarithm of the likelihood ratio of a rise is
 
     G = max_b n_b/2 (x_b - 1 - ln x_b),    x_b > 1.
 
-The same of the mean power of an octave within milliseconds, down to 170 Hz and against what is
-usual nearby, is H (`_rises.py`).
+H is the same for the mean power of an octave over some milliseconds, down to 170 Hz and relative to
+the median nearby (`_rises.py`).
 
-C tells impacts apart that follow within milliseconds. B detects them where other sound goes on, for
-ringing does not raise it and a rattle does only a little. G detects low tones, which octaves do not
-hear (`_tones.py`). H detects those that die at once, and tells power that swells from impacts
-(`_rise_odds.py`). `decision.py` holds how they decide, and how likely each impact is one. What a
-converter of that step leaves of a constant sound is no rise: L_b is at least that of white noise
-of a quarter of its square. Rises of single samples are clicks (`_clicks.py`): the record is
-searched again without them. Rises that crowd for a moment are pulses of a voice (`_voices.py`),
-and gradual ones that come one after the other are noise that swells (`swells.py`).
+C separates impacts that follow within milliseconds. B detects them where other sound goes on, since
+ringing does not raise it and a rattle does only slightly. G detects low tones, which do not raise C
+(`_tones.py`). H detects those that decay at once, and distinguishes swelling power from impacts
+(`_rise_odds.py`). `decision.py` combines them to the probability of an impact. Rounding by a
+converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
+squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
+without them. Many rises in a short time are pulses of a voice (`_voices.py`), and repeated gradual
+rises are swelling noise (`swells.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
-[Maeda1985]_: halfway between two samples. Where impacts sound alike, their waveforms give the
-instants to a fraction of a sample (`sound/timing/alike.py`); where a filter rings before them, the
-modes that they share do (`sound/timing/shared_modes.py`).
+[Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
+instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings before them, their
+common modes do (`sound/timing/shared_modes.py`).
 
-The record is gone through twice: `_survey.py` gathers B and the crests of C, about a
-hundredth of the record; then attacks are timed. Nothing depends on how the record was cut into
+There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
+of the record; then attacks are timed. Results do not depend on how the record is divided into
 blocks.
 """
 
@@ -86,7 +86,7 @@ LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed i
 SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
-RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and share that errors have
+RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -99,7 +99,7 @@ class SoundImpacts(NamedTuple):
     flags: np.ndarray  # uint8
     threshold: float  # RMS that a sound must exceed to count at all [unit]
     noise: float  # RMS of the background in the octaves above 1 kHz [unit]
-    alike: float  # share of the impacts that are timed by their waveform
+    alike: float  # fraction of the impacts that are timed by their waveform
     reason: str  # why there are none
     notes: tuple[str, ...]  # what makes them doubtful
     time_error: np.ndarray  # standard error of the instants [s]
@@ -254,7 +254,7 @@ def search(
     enough = likely >= least_probability
     swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
-    # An attack that is off by more than the waveform can be shifted is laid a period beside it.
+    # If an attack is off by more than the largest shift, the waveform is fitted a period beside.
     by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
     apart = np.abs(by_wave - by_mode)
     beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
@@ -320,7 +320,7 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
 def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
     """Indices of impacts in order of time; of those at one instant, the likeliest.
 
-    Two rises that only narrow bands tell of may have one attack, or theirs in reverse.
+    Two rises detected by narrow bands alone may have one attack, or attacks in reverse order.
     """
     if (instant[1:] > instant[:-1]).all():  # as nearly always
         return np.arange(len(instant))
@@ -331,8 +331,8 @@ def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
 def attack_errors(columns: np.ndarray) -> np.ndarray:
     """Standard errors of attacks [samples], from the results of `measure`.
 
-    Where a filter rings before impacts, it is heard earlier before some than before others, by
-    about as much as most of them begin before they are clear.
+    If a filter rings before impacts, the ringing is detected earlier for some than for others, by
+    about the time from attack to clear sound of most.
     """
     late = RINGING[1] * quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
     return np.sqrt(columns[:, 3] + late**2)

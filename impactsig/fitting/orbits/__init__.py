@@ -1,1 +1,1 @@
-"""Orbits laid beside measured instants, and paths found through them."""
+"""Orbits fitted to measured instants, and paths through them."""

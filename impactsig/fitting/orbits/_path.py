@@ -1,9 +1,9 @@
-"""The course of an oscillator through a measured train, found without a beginning nearby.
+"""The course of an oscillator through a measured train, found without a good initial guess.
 
-Where instants alone are known an orbit cannot be laid beside them from anywhere: their velocities
-are not told, and from wrong ones it ends in another valley. `likeliest` tells which states of the
-oscillator they are, which are false and where impacts were missed, so that `smooth` begins beside
-the orbit that it ends at.
+If only instants are known, an orbit cannot be fitted to them from an arbitrary start: velocities
+are unknown, and from wrong ones the fit ends in another minimum. `likeliest` determines which
+states of the oscillator the instants are, which instants are false and where impacts were missed,
+so that `smooth` starts near its solution.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Which measured instants are impacts of the oscillator, and which of its states each one is.
 
-States near the attractor, from short simulated orbits, stand for all that the oscillator can be in.
-From one it goes on to the next of its own orbit, or to a state beside that one; a measured instant
-is a state's own within the jitter, or is false; between two there may be impacts that were missed.
-The likeliest course through a whole train is found step by step (Viterbi's algorithm).
+States near the attractor, from short simulated orbits, represent all states of the oscillator. One
+is followed by the next of its orbit, or by a state close to that; a measured instant belongs to a
+state within the jitter, or is false; between two there may be missed impacts. The most likely
+course through the whole train is found by Viterbi's algorithm.
 """
 
 from __future__ import annotations

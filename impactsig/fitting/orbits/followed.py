@@ -25,18 +25,18 @@ HELD, MOVED, FREE = 0.3, 1.0, 50.0
 """Of the velocities, in gaps times omega_n: at first, as the parameters move, and in what these
 are found from, so that the velocities do not hold them back."""
 GRAZING = 0.03
-"""Velocity of an impact, in gaps times omega_n, from which down a leg is left out: its information
-about the parameters grows without limit, and holds in no neighbourhood."""
+"""Velocity of an impact, in gaps times omega_n, below which a leg is left out: its sensitivity to
+the parameters is unbounded, and linear in no neighbourhood."""
 TORN = 300.0
-"""Chi squared of a leg from a soft stop, from which it is left out: whether the contact of a weak
-impact ends at once hangs on the forcing, and no step leads over that."""
+"""Chi squared of a leg from a soft stop, above which it is left out: whether the contact of a weak
+impact ends at once depends on the forcing, and no step leads across that kink."""
 TOLD = np.delete(np.arange(PARAMETERS), STRENGTH)
-"""Parameters that instants can tell."""
+"""Parameters that instants can determine."""
 BEGUN = Chain(jitter=0.02, missed=0.02, spurious=0.01)
-"""What the measuring chain is taken for at first: wide, so that every orbit begins."""
+"""Initial measuring chain: wide, so that every orbit can start."""
 FINEST = 3e-3
-"""Forcing periods between an impact and the nearest of the few hundred states that a course is made
-of: instants that are known better, as those of load cells, would pass for false ones."""
+"""Forcing periods between an impact and the nearest of the few hundred states of a course:
+instants known better than that, as of load cells, would be taken for false ones."""
 TEARS = 4  # times that legs are left out, at one step
 FEWEST = 0.25  # legs that an orbit follows, by the impacts
 SHRINK, GROW = 0.5, 1.2  # of the jitter, from one round to the next
@@ -85,7 +85,7 @@ class Followed:
 
     @classmethod
     def of(cls, seen: Seen, theta: np.ndarray, seed: int) -> Followed | None:
-        """At the likeliest course; None where the oscillator follows hardly any."""
+        """At the most likely course; None if the oscillator follows hardly any impact."""
         chain = seen.chain._replace(jitter=max(seen.chain.jitter, FINEST))
         path = course(theta, seen.kind, seen.frequency, seen.x, seen.joined, chain, seed)
         if path is None or path.joined.sum() < FEWEST * len(seen.x):

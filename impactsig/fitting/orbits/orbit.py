@@ -1,10 +1,10 @@
 """Fit of one orbit to all impacts, and of the parameters.
 
-Where strengths are known besides instants, they say where on the attractor an impact is, and an
-orbit of thousands of impacts lies within the noise of one oscillator only: this is the fit of an
+Where strengths are known besides instants, they determine where on the attractor an impact is, and
+only one oscillator has an orbit within the noise of thousands of impacts: this is the fit of an
 ordinary differential equation to chaotic data by many short shots [Baake1992]_, in the limit of one
-shot a flight. At given parameters the orbit is found by `smooth`, with a slack that is lowered step
-by step; a leg that contradicts its neighbours (an impact was missed there, or one is false) is
+shot per flight. At given parameters the orbit is found by `smooth`, with a slack that is lowered
+step by step; a leg that contradicts its neighbours (an impact was missed there, or one is false) is
 left out. The parameters follow by Levenberg's method, the orbit eliminated.
 
 The noise is estimated with the rest, so the loss is the logarithm of its sizes, plus what a leg
@@ -27,13 +27,13 @@ SLACKS = (0.03, 0.01, 0.003, 3e-4, 3e-5)
 """In gaps. The last is far below what the noise moves a velocity by: a slack that is not biases the
 parameters, as noise in what one regresses on does. The first lets every orbit begin."""
 QUIET = 1e-4  # periods, and a share: a simulated train without noise would divide by none
-FAINT = 0.05  # of the mean strength: a floor that hardly any impact knows of
+FAINT = 0.05  # of the mean strength: a floor that hardly changes any impact
 FLOORS = (FAINT, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 CERTAIN = 5.0  # logarithm of the likelihood, from which another floor is believed
 STEPS, TRIALS = 40, 6
 LONGEST = (0.1, 0.4, 0.05, 0.02, 0.2, 0.2, 0.4)  # of a step, on the scale of the parameters
 SETTLED = 0.05  # standard deviations that a last step goes
-LOST = 0.5  # share of legs left out where no orbit is followed any more
+LOST = 0.5  # fraction of legs left out from which no orbit is followed any more
 
 
 class Sight(NamedTuple):
@@ -186,7 +186,7 @@ def approach(
             damping = max(10 * damping, 1e-2)
         else:
             break
-        # Where the stiffest stop is stepped to twice, the orbit is one of a rigid stop.
+        # If steps reach the stiffest stop twice, the orbit is that of a rigid stop.
         rigid = len(theta) > OWN and min(theta[OWN], trial[OWN]) >= box[1][OWN]
         theta, noise, here = trial, here.noise, there
         damping *= 0.1

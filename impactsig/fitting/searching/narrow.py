@@ -4,13 +4,13 @@ Trains are simulated at parameters drawn from a normal cloud and measured as the
 moments are regressed on the parameters (quadratic in those of the oscillator, linear in the
 chain's), and the weighted least squares fit of the measured moments moves and reshapes the cloud,
 until it is about as wide as the parameters are uncertain. At the end the moments are projected on
-the directions that tell the parameters apart, as many as there are parameters [Gourieroux1993]_,
-and fresh trains tell how the projections depend on the parameters and how they scatter: of the
-moments' distribution nothing is assumed but that their projections are nearly normal [Wood2010]_.
+the directions that distinguish the parameters, one for each [Gourieroux1993]_, and fresh trains
+show how the projections depend on the parameters and how they scatter. About the distribution of
+the moments only this is assumed, that the projections are nearly normal [Wood2010]_.
 
-What this is careful about: slopes have errors, and a sum of squared slopes is too large by these,
-so that a cloud would take its own noise for information, shrink, and have more of it. The errors
-are taken out, and the last cloud is fresh.
+Slopes have errors, and a sum of squared slopes is too large by these: a cloud would treat its own
+noise as information, shrink, and have even more of it. Therefore the errors are subtracted, and the
+last cloud is fresh.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WIDE = 1.5  # standard deviations of the parameters in one of the cloud
 NARROWEST = 0.2  # of its width before, in one round
 FEWEST = 2  # trains by the terms of a regression
 OTHERWISE = 2.2  # times the median misfit: a train of another kind of motion
-WIDEST = 3.0  # widths of the cloud: what the trains do not tell is taken to be as uncertain
+WIDEST = 3.0  # widths of the cloud: uncertainty of what the trains do not determine
 REACH = 2.0  # standard deviations of the cloud that a solution may lie from its centre
 EDGE, AGAIN = 0.95, 3  # share of this from where a cloud is moved, and how many there are
 
@@ -86,7 +86,7 @@ class Regression(NamedTuple):
     def of(cls, cloud: Cloud, psi: np.ndarray, y: np.ndarray) -> Regression | None:
         """Fit to trains, leaving out outliers such as periodic ones amid chaos.
 
-        None where hardly more trains than terms have moments.
+        None if hardly more trains than terms have moments.
         """
         terms = cloud.terms(cloud.place(psi))
         whole = np.isfinite(y).all(1)
@@ -182,10 +182,10 @@ def narrow(problem: Problem, psi: np.ndarray, y: np.ndarray) -> Estimate | None:
 def beside(problem: Problem, centre: np.ndarray, covariance: np.ndarray) -> Estimate | None:
     """Refine an estimate from an orbit by simulated trains.
 
-    What it tells of the measured train is told of trains simulated near: where the estimate is
-    biased, this is taken out, and its scatter is that which jitter, missed and spurious impacts
-    have left. Where strengths are known to a few per cent the moments have nothing to add.
-    None where most of these trains have no orbit: that of the measured one is none either.
+    The same estimate is made from trains simulated nearby: its bias is subtracted, and its scatter
+    is that due to jitter, missed and spurious impacts. If strengths are known to a few per cent,
+    moments add nothing. None if most of these trains have no orbit: then that of the measured one
+    is not reliable either.
     """
     cloud = Cloud.of(centre, WIDE**2 * covariance, problem)._replace(curved=0)
     for _ in range(AGAIN):

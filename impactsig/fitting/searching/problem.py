@@ -19,7 +19,7 @@ from .simulated import Beginnings, simulated
 
 LONGEST = 5000  # impacts in a simulated train; of a longer measured one the scatter is scaled
 BLOCKS = 20  # of the measured train, of 50 impacts or more, for a first scale of its moments
-FAR = 12.0  # of these scales; what is farther counts hardly more
+FAR = 12.0  # of these scales; greater distances count hardly more
 
 
 @dataclass(eq=False)
@@ -35,7 +35,7 @@ class Problem:
     evaluations: int = 0
     beginnings: Beginnings = field(init=False)
     floor: float = 0.0  # of the strengths' noise, by their mean
-    evidence: dict[str, float] = field(default_factory=dict)  # of kinds, as orbits tell it
+    evidence: dict[str, float] = field(default_factory=dict)  # of kinds, from the orbits
     orbit: Callable[[Train], np.ndarray] | None = None
     heard: Echoes | None = None  # that the train was rid of
     advance: Callable[[int], Any] = lambda trains: None  # is given how many trains were simulated
@@ -105,7 +105,7 @@ class Problem:
     def tell(self, psi: np.ndarray) -> np.ndarray:
         """Differences of orbits fitted to simulated trains from the one fitted to the measured.
 
-        With what moments tell of missed and of spurious impacts; shape (n, numbers).
+        With the moments that depend on missed and on spurious impacts; shape (n, numbers).
         """
         assert self.orbit is not None
         train = self.simulate(psi)
@@ -127,9 +127,9 @@ class Problem:
         return np.where(scatter > 0, scatter, np.inf)
 
     def refuse_unread(self) -> None:
-        """Refuse a train of whose blocks hardly one has moments.
+        """Refuse a train if hardly any of its blocks has moments.
 
-        The search by moments needs them; an orbit beside many trains does not.
+        The search by moments needs them; the fit of several trains does not.
         """
         parts, blocks = self._parts
         if len(parts) < 2:

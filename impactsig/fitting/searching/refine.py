@@ -1,11 +1,11 @@
 """From the initial guess to an orbit through all impacts, and the statistics of its fit.
 
-From the balance an orbit is found in five to fifteen steps, even where r is off by 0.3 and the
-damping by a factor of five. There may be other valleys: it is begun at several dampings, which the
-balance does not tell, and the nearest orbit counts.
+From the balance an orbit is found in five to fifteen steps, even if r is off by 0.3 and the damping
+by a factor of five. There may be other minima: the search starts at several dampings, which the
+balance does not determine, and the nearest orbit is used.
 
-Where the stop may be soft the orbit is begun once more from there, with a stop nearly as stiff; if
-that of the machine is soft it ends at its stiffness. The likelihoods of both tell which it is.
+If the stop may be soft, the fit is started once more from that orbit, with a stop nearly as stiff;
+for a soft stop it ends at its stiffness. The likelihoods decide between the two.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def refine(problem: Problem) -> Estimate | None:
     problem.orbit = told
     centre, covariance = _first(problem, best, len(sight.seen))
     verdict = judged(problem, centre, np.zeros_like(covariance))
-    if verdict.compared and verdict.hopeless:  # a misfit, of which trains tell no more
+    if verdict.compared and verdict.hopeless:  # a misfit, which simulated trains would not change
         return Estimate(centre, covariance, best.orbit.explained)
     estimate = beside(problem, centre, covariance)
     return None if estimate is None else estimate._replace(explained=best.orbit.explained)
@@ -208,7 +208,7 @@ def _first(problem: Problem, best: Approach, impacts: int) -> tuple[np.ndarray, 
     centre += [guess[name] for name in problem.names[count:]]
     half = np.array([problem.kind(name).half for name in problem.names])
     wide = np.diag(half**2)
-    # A difference of large numbers: what it hardly tells may come out as less than nothing.
+    # A difference of large numbers: if hardly determined, it may be negative.
     size, directions = np.linalg.eigh(best.orbit.information)
     information = directions * np.maximum(size, 1e-12 * size[-1]) @ directions.T
     information[:count, :count] += np.diag(half[:count] ** -2.0)

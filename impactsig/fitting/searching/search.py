@@ -34,7 +34,7 @@ class Beginning(NamedTuple):
 def begin(problem: Problem, damping: tuple[float, float] | None = None) -> Beginning:
     """Free parameters at which the mean sequences of impacts are in balance.
 
-    The balance hardly tells the damping; `damping` limits it, on the scale of the search.
+    The balance hardly determines the damping; `damping` limits it, on the scale of the search.
     """
     from scipy.optimize import differential_evolution
 

@@ -1,1 +1,1 @@
-"""One oscillator from many trains, each at a forcing of its own."""
+"""One oscillator from many trains, each with a different forcing."""

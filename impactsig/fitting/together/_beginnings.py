@@ -1,10 +1,10 @@
-"""Where the search for the oscillator of many trains begins.
+"""Starting points of the search for the oscillator of many trains.
 
-Of one rigid stop the balance of three impacts tells (`balance`). Where it does not hold, of a soft
-stop, or where it is not known which of two stops an impact was on, machines are simulated:
-restitution coefficient, damping and what only that kind has are drawn, amplitudes tried for each
-train, and those count whose pairs of successive intervals lie where the measured ones do. The
-draws narrow about the best, round by round.
+For one rigid stop the balance of three impacts gives them (`balance`). It does not hold for a soft
+stop, nor if it is unknown which of two stops an impact was on. Then machines are simulated:
+restitution coefficient, damping and the parameters of that kind are drawn, amplitudes are tried for
+each train, and those are kept whose pairs of successive intervals lie where the measured ones do.
+The draws narrow about the best, round by round.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ GRID = 18, 10
 LEAST_DAMPING = 5e-3
 FIRST, DRAWN = 128, 48  # machines of the first round, and of another
 WIDE, NARROW = 12, 8  # amplitudes of each train, there
-FINE, AGAIN = 60, 3  # amplitudes of one train alone, and how many are told
+FINE, AGAIN = 60, 3  # amplitudes of one train alone, and how many are returned
 ROUNDS, KEPT, NARROWER = 4, 6, 0.5
 REACH = math.log(4.0)  # of the amplitudes about that at which the forced motion just touches
 LEAST = {"restitution": LEAST_RESTITUTION, "damping": LEAST_DAMPING}

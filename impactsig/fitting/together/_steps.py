@@ -1,4 +1,4 @@
-"""Steps of all parameters that many trains tell, the courses beside them fixed."""
+"""Steps of all parameters of several trains, with fixed courses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STEPS = 8
 SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step, until one does not raise the loss
 AMPLITUDE, PHASE = 2, 4  # places in theta
 LONGEST = np.array([0.05, 0.3, 0.05, 0.01, 0.1, 0.2])  # of a step, on the scale of the parameters
-WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0, 3.0])  # what is known of one before the impacts tell
+WIDEST = np.array([1.0, 2.0, 1.0, 0.3, 2.0, 3.0])  # prior standard deviation of one
 GAIN = 0.1  # of the loss, for which another step is made
 
 
@@ -41,7 +41,7 @@ class Layout(NamedTuple):
 
 
 def covariance_of(layout: Layout, laid: list[Laid | None]) -> np.ndarray:
-    """What is not told of all that are sought, in no direction more than is known beforehand.
+    """Covariance of all parameters sought, in no direction greater than that of the prior.
 
     The information of a leg about parameters far from its own is not always positive.
     """
@@ -122,9 +122,9 @@ def stepped(
 ) -> tuple[np.ndarray, list[Followed | None], list[Laid | None]]:
     """Steps by Gauss and Newton, the courses fixed.
 
-    Where a whole step raises the loss, as of a single leg whose weak impact the oscillator misses
-    there, less of it is taken: Levenberg's damping hardly moves along the ridge that joins
-    restitution, damping and amplitudes.
+    If a whole step increases the loss, for example because the oscillator misses a weak impact
+    there, it is shortened. Levenberg's damping would hardly move along the ridge of restitution,
+    damping and amplitudes.
     """
     here = lay(orbits, theta)
     for _ in range(STEPS):

@@ -1,9 +1,10 @@
-"""The oscillator that many trains share, by orbits beside the instants of each.
+"""Fit of the oscillator that several trains share, by an orbit near the instants of each.
 
-One train of instants hardly tells restitution, damping and forcing apart; trains at several
-frequencies do. All parameters, those that are shared and those of each train, move together by
-Gauss and Newton, the orbits eliminated. A train may lie in another valley: there its orbit leaves
-out more, or lies farther off, than at an amplitude nearby, which is looked for.
+The instants of one train hardly determine restitution, damping and forcing separately; trains at
+several frequencies do. All parameters, shared ones and those of each train, are moved together by
+the Gauss-Newton method, with the orbits eliminated. A train may be in another minimum, where its
+orbit leaves out more impacts or is farther off than at a nearby amplitude; such amplitudes are
+tried.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from ._valleys import elsewhere, turned_trains
 ROUNDS, ENDS = 5, 6
 MORE = 12  # rounds at most after these, while the parameters still drift
 DRIFT = 1.0  # standard errors between the halves of the last rounds, from which on they do
-MENDED = 1, 3, 4  # rounds after which other valleys are looked for
+MENDED = 1, 3, 4  # rounds after which other minima are tried
 WORST = -math.log(BEGUN.spurious)  # cost of an impact that no course leads to
 FARTHEST = 50.0
 """Logarithm of the likelihood below the best of the last rounds, within which all of them count."""
@@ -139,7 +140,7 @@ def _round(
     box: tuple[np.ndarray, np.ndarray],
     seeds: list[int],
 ) -> Joint | None:
-    """Likeliest courses, and the parameters that these tell."""
+    """Most likely courses, and the parameters estimated from them."""
     courses = zip(seen, theta, seeds, strict=True)
     orbits = [Followed.of(one, own, seed) for one, own, seed in courses]
     if sum(one is None for one in orbits) > len(orbits) / 2:

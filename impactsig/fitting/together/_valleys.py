@@ -1,4 +1,4 @@
-"""Other valleys in which the parameters of single trains may lie."""
+"""Other minima in which the parameters of single trains may lie."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ._steps import AMPLITUDE, PHASE, Layout, stepped
 
 ELSEWHERE = (-0.12, -0.05, -0.02, 0.02, 0.05, 0.12)
 """Of the logarithm of an amplitude: where other valleys are looked for."""
-BETTER = 5.0  # logarithm of the likelihood, by which another valley is believed
+BETTER = 5.0  # logarithm of the likelihood, by which another minimum must be better
 DRAWS = 3  # courses of a train on either side, the best of which are compared
-SIDE = 50.0  # logarithm of the likelihood, by which the other side is believed
+SIDE = 50.0  # logarithm of the likelihood, by which the other side must be better
 
 
 def elsewhere(
@@ -25,13 +25,13 @@ def elsewhere(
     seeds: list[int],
     propose: Callable[[int, np.ndarray], list[np.ndarray]],
 ) -> np.ndarray:
-    """Each train at other amplitudes: where one suits it better, it is moved there."""
+    """Try each train at other amplitudes, and move it where the likelihood is better."""
     if AMPLITUDE not in layout.own:
         return theta
     theta, single = theta.copy(), Layout((), layout.own, 1)
     usual = float(np.median([one.chain.jitter for one in seen]))
     for k, one in enumerate(seen):
-        # A train that is astray seems to jitter more than the others, and all valleys look alike.
+        # In a wrong minimum the estimated jitter is greater, and all minima would seem equal.
         one = one.shown(min(one.chain.jitter, usual))
         own, chosen = (box[0][k], box[1][k]), theta[k]
         least = _alone(single, theta[k], one, own, seeds[k], np.inf)[0] - BETTER
@@ -54,9 +54,10 @@ def turned_trains(
 ) -> tuple[np.ndarray, bool]:
     """Trains of a machine with two stops as seen from the other stop, where that is likelier.
 
-    Impacts that alternate do not tell which stop each is on: half a forcing period later the other
-    side looks alike. A train on the wrong side pulls at what all share. Courses differ by hundreds
-    from one draw of their states to another, so the best of several stands for each side.
+    The instants of alternating impacts do not show which stop each is on: half a forcing period
+    later the other side looks the same. A train on the wrong side biases the shared parameters.
+    Likelihoods of courses differ by hundreds between draws of their states, so the best of several
+    draws is used for each side.
     """
     theta, single, any_turned = theta.copy(), Layout((), layout.own, 1), False
     usual = float(np.median([one.chain.jitter for one in seen]))

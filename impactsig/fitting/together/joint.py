@@ -1,4 +1,4 @@
-"""Which oscillator many trains of impacts come from, each at a forcing of its own."""
+"""Fit of one oscillator to several trains of impacts, each with its own forcing."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from ._together import Joint, nearest, together
 FEWEST = 100
 """Impacts of a train, below which its words cannot be compared."""
 NEAR = 0.1
-"""Logarithm of the evidence by the number of impacts, within which another kind is looked at again,
+"""Logarithm of the evidence by the number of impacts, within which another kind is tried again,
 and beyond which it is given up before its last rounds, beyond twice as much after the first."""
 NESTED = {"rigid", "soft"}  # one of which is a limit of the other
 LEAST_SECOND = 0.02  # share of the impacts on a second stop, below which it has none
-AGAIN = 2  # times that a machine whose trains contradict each other is sought anew
+AGAIN = 2  # times that the search restarts if the trains contradict each other
 COUNTED = 10
-"""Simulated trains in which impacts are counted that pass for echoes."""
+"""Simulated trains in which impacts mistaken for echoes are counted."""
 SPEED = 0.3
-"""Approach velocity where no orbit tells it."""
+"""Approach velocity if no orbit determines it."""
 
 
 class Candidate(NamedTuple):
@@ -57,7 +57,7 @@ class Candidate(NamedTuple):
 
 
 def telling(trains: Sequence[Any], periods: Any) -> tuple[list[Impacts], list[float], Aside]:
-    """Impacts and forcing frequencies of the trains that tell, and which do not."""
+    """Impacts and forcing frequencies of the usable trains, and which were set aside."""
     trains = [instance("impacts", one, Impacts, "Impacts, one or many") for one in trains]
     if len(trains) < 2:
         raise InvalidInput(
@@ -232,7 +232,8 @@ def _candidate(
         return Candidate(kind, problems, layout, first, -math.inf, begin)
     enough = near - apart - (-math.inf if better is None else better.evidence)
     joint = together(layout, first.theta, seen, box, rng, propose, enough)
-    if asked.common and joint is not None:  # each by itself first: tied, one astray holds all
+    # Each by itself first: tied, one in a wrong minimum holds back all.
+    if asked.common and joint is not None:
         layout = _layout(names, True, count)
         theta = joint.theta.copy()
         theta[:, AMPLITUDE] = np.median(theta[:, AMPLITUDE])
@@ -247,7 +248,7 @@ def _candidate(
 
 
 def _second(joint: Joint) -> float:
-    """Share of the impacts on the second stop, or on the first where these are fewer."""
+    """Fraction of the impacts on the second stop, or on the first if these are fewer."""
     sides = np.concatenate([one.side for one in joint.orbits if one is not None])
     share = float(np.mean(sides < 0))
     return min(share, 1 - share)
@@ -328,7 +329,7 @@ def _without_echoes(problem: Problem, heard: Echoes, psi: np.ndarray) -> tuple[f
     """Shares of missed and of false impacts, less those that taking echoes out has made.
 
     An impact at an echo's distance from another is taken out too, and an echo is left whose own
-    impact was missed. The share of false ones is that of all instants, echoes among them.
+    impact was missed. The fraction of false ones is that of all instants, including echoes.
     """
     missed, spurious = psi[-2:]
     train = problem.simulate(np.tile(psi, (COUNTED, 1)))

@@ -46,7 +46,7 @@ class Courses(NamedTuple):
 
 
 def courses(train: Train, partition: Partition, fewest: int = FEWEST) -> Courses:
-    """The mean courses of a train, of so many alike words or more."""
+    """The mean courses of a train, each of at least so many equal words."""
     sifted = partition.sift(train)
     words = partition.words(sifted)
     x = sifted.cycle + sifted.phase
@@ -171,7 +171,7 @@ def forcings(values: Values, course: Courses) -> tuple[np.ndarray, np.ndarray, n
         counted = weight * kept * share
         normal = np.einsum("nij,nija,nijb->nab", counted, columns, columns)
         right = -np.einsum("nij,nija,nij->na", counted, columns, rest)
-        # A few triples alike may tell one direction only.
+        # A few similar triples may determine one direction only.
         normal += RIDGE * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2)
         pair = np.linalg.solve(normal, right[..., None])[..., 0]
         force = (pair[:, 0] - 1j * pair[:, 1]) * dynamic

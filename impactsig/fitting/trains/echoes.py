@@ -60,7 +60,7 @@ class Echoes(NamedTuple):
 
 
 def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
-    """Find the delay that most impacts of all trains have in common; None where none stands out."""
+    """Find the delay that most impacts of all trains have in common; None if there is none."""
     period = 1 / max(frequencies)
     parts = []
     for train, frequency in zip(trains, frequencies, strict=True):
@@ -94,7 +94,7 @@ def echoes(trains: list[Train], frequencies: list[float]) -> Echoes | None:
 
 
 def _dithered(late: np.ndarray, rounded: float) -> np.ndarray:
-    """Delays of a clock with ticks, laid out evenly over these; others as they are.
+    """Delays of a clock with ticks, spread evenly over these; others unchanged.
 
     On a coarse clock most delays are the same number of ticks, about which their median deviation
     is 0. It has ticks if there are few numbers for many delays.

@@ -7,13 +7,13 @@ mean of all,
 
 where m are the measured means, k is the middle impact of the word, and j, l are the two impacts of
 an interval of class c: the intervals' distribution, their return map and the strengths beside it.
-Where strengths are known they tell better than a jittered phase where on the attractor an impact
-is. With b the fifth of the strengths of its class in which the first impact of an interval lies,
+Known strengths determine better than a jittered phase where on the attractor an impact is. With b
+the fifth of the strengths of its class in which the first impact of an interval lies,
 
     P(b, c),  E[1_bc (phi_k - m_bc)],  E[1_bc (phi_{k+1} - m_bc)],  E[1_bc (s_{k+1} - m_bc)]
 
-are the map from one impact to the next. To all these come the shares of what is in no word, which
-tell of missed and of spurious impacts, and the impacts per period.
+are the map from one impact to the next. In addition there are the fractions of impacts in no word,
+which depend on missed and spurious impacts, and the impacts per period.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from .partition import Partition, Sifted, Train
 
 BINS = 5  # of the strengths in a class
-FALSE = 3  # last moments, which tell of missed and of spurious impacts
+FALSE = 3  # last moments, which depend on missed and spurious impacts
 
 
 class Groups(NamedTuple):
@@ -42,7 +42,7 @@ class Groups(NamedTuple):
         return np.array(totals) / count
 
     def moments(self, centre: np.ndarray, trains: int) -> np.ndarray:
-        """Share of each group, and the mean deviation of its members from the centre, per train.
+        """Fraction of each group, and the mean deviation of its members from the centre, per train.
 
         Of each train, shape (trains, moments).
         """
@@ -102,7 +102,7 @@ class Moments(NamedTuple):
         return found
 
     def _false(self, train: Train, sifted: Sifted) -> np.ndarray:
-        """Share of impacts in no word, and impacts per period, of each train."""
+        """Fraction of impacts in no word, and impacts per period, of each train."""
         trains = len(train.starts)
         within = sifted.owner[1:] == sifted.owner[:-1]
         owner = sifted.owner[:-1]

@@ -14,8 +14,8 @@ import numpy as np
 
 PHASES = 64  # bins of a turn
 THIN = 0.02  # of the fullest bin: phases that are rarer only false impacts come at
-STEP = 0.05  # of a forcing period: the bins in which classes of intervals stand apart
-RARE = 0.03  # share of the intervals in a class of their own
+STEP = 0.05  # of a forcing period: the bins in which classes of intervals are separated
+RARE = 0.03  # fraction of the intervals in a separate class
 MOST_CLASSES, MOST_WORDS = 5, 27  # so that a word has two intervals or more
 LONGEST = 4  # intervals in a word
 

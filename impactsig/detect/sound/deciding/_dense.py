@@ -1,16 +1,16 @@
-"""Crests that come so densely that narrow bands cannot tell them apart, and are all about as high.
+"""Crests too dense to be separated by narrow bands, and of about the same height.
 
-Narrow bands hear 10 to 28 ms far: where a machine hits 30 times a second and more they bear out no
-crest, and as many crests are what rattling makes. But rattling makes crests of every height. Of
-impacts in a background that is heard between them, crests of the rise in octaves are far above
-those of noise, and next to none lie in between. With n the number of crests within a second that
-are higher than 0.4 times this one, and m of those between 0.13 and 0.4 times it, the log-odds of an
-impact are, where n is 30 a second or more and C at least 0.3 times the greatest within a second,
+Narrow bands extend over 10 to 28 ms: if a machine hits 30 times a second or more, they confirm no
+crest, and rattling has as many crests. But rattling has crests of all heights, whereas for impacts
+with an audible background between them, the crests of the rise in octaves are far above those of
+noise, with hardly any in between. With n the number of crests within a second that are higher than
+0.4 times this one, and m that of those between 0.13 and 0.4 times it, the log-odds of an impact,
+if n is at least 30 a second and C at least 0.3 times the greatest within a second, are
 
     3 - 15 m / n, no more than 6.5 ln(D / 2 a),
 
-D the greater of what C exceeds the tails of earlier crests by and of C / 1.5, and a what noise
-reaches once in an hour (`decision.py`).
+with D the greater of the excess of C over the tails of earlier crests and of C / 1.5, and a the
+greatest value in an hour of noise (`decision.py`).
 """
 
 from __future__ import annotations

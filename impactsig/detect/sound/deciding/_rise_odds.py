@@ -5,8 +5,8 @@ With H the greatest within 5 ms and r how often evident impacts come (log-odds a
 
     min(x, x + 1.5 ln((1 + H) min(r, 1) / c)),
 
-c = 4 where narrow bands rise by 0.33 and more, else 1: power that swells rises in narrow bands, and
-by more than noise in octaves, but in none at once.
+c = 4 where narrow bands rise by 0.33 and more, else 1: swelling power rises in narrow bands, and by
+more than noise in octaves, but in no single octave abruptly.
 
 A crest of H of 16 and more that none within 8 ms exceeds and no likely crest within 10 ms explains
 is an impact with log-odds of
@@ -14,17 +14,18 @@ is an impact with log-odds of
     0.31 ln(1 + H) - 0.81 n - 2.43 ln(max(B_max, 0.33)) + 1.51 ln r + 0.7,
 
 but no more than (H - 16) / 3, which noise keeps below 0 for hours, nor than 3 ln(H / (0.3 H')):
-sound of few modes swells and fades in its tail; less ln(1 + R / a), for a room that rings rises in
-one octave now and then. n is how many crests of H within 50 ms are as high as 0.4 times this one,
-itself among them, B_max the greatest B within a second, H' the greatest H from 100 to 6 ms before,
-R the rattle and a what noise reaches in octaves (`decision.py`). The likeliest crest within 10 ms
-takes these odds, if there is one.
+sound of few modes swells and fades in its tail. ln(1 + R / a) is subtracted, since in a reverberant
+room single octaves sometimes rise. n is the number of crests of H within 50 ms that are at least
+0.4 times this one, including itself, B_max the greatest B within a second, H' the greatest H from
+100 to 6 ms before, R the rattle and a the greatest C of noise (`decision.py`). The likeliest crest
+within 10 ms takes these odds, if there is one.
 
-Narrow bands hear 23 ms, and what they tell of lies at whatever crest of C is near. Where that is
-likely, but no more than noise reaches, and another crest of H within 17 ms is four times as high as
-any within 4 ms, the impact lies there; of two that are one then, the likelier stays.
+Narrow bands extend over 23 ms, so an impact detected by them is placed at any nearby crest of C. If
+it is likely, C does not exceed noise there, and another crest of H within 17 ms is four times as
+high as any within 4 ms, the impact is moved to that crest; of two that coincide then, the likelier
+is kept.
 
-Nothing is changed beside digital silence, where H is not known. Fitted by logistic regression to
+Nothing is changed beside digital silence, where H is unknown. Fitted by logistic regression to
 records of `benchmarks.varied_sound`, seeds 23000 to 23023, `recordings.microphone` at 6 to 20 dB,
 rooms, drums and sound without impacts.
 """
@@ -52,7 +53,7 @@ ALONE = 10e-3  # [s] from any likelier crest, of a crest of H that is an impact 
 OWN_ODDS = 0.31, -0.81, -2.43, 1.51, 0.7  # of ln(1 + H), n, ln B_max, ln r, and offset
 RATTLE_SLOPE = 1.0  # of ln(1 + R / a), taken from those
 CROWD, AS_HIGH = 50e-3, 0.4  # [s], and share of the height
-NOISE, NOISE_SCALE = 16.0, 3.0  # H that noise hardly reaches
+NOISE, NOISE_SCALE = 16.0, 3.0  # H that noise rarely exceeds
 TAIL, TAIL_SHARE, TAIL_SLOPE = (100e-3, 6e-3), 0.3, 3.0  # [s], before a crest
 LOUD_WITHIN = 1.0  # [s]
 SPREAD = 2e-3  # [s], of the impact about a crest of H
@@ -60,7 +61,7 @@ HEARD_FAR, AT_ONCE, HIGHER = 17e-3, 4e-3, 4.0  # [s], [s], and times as high: a 
 
 
 class Own(NamedTuple):
-    """Crests of H that are candidates of their own."""
+    """Crests of H that are separate candidates."""
 
     frame: np.ndarray
     odds: np.ndarray

@@ -1,4 +1,4 @@
-"""Kernel for `_swells.py`: powers beside attacks."""
+"""Kernel for `swells.py`: powers beside attacks."""
 
 from __future__ import annotations
 

@@ -3,13 +3,13 @@
 With S the loudness after a frame, the mean over the octaves of max(0, ln(F_b / 2 L_b)), weighted as
 the rise in octaves is, a record decays by r nepers a second: the median, over the crests louder
 than 0.7 neper, of S there less its mean from 7 ms after them until 60 ms after them or the next
-such crest, over the mean time until then. Times at which nothing is left to hear do not count;
-where none is left, the first does. A crest k exceeds the tails of those before it by
+such crest, over the mean time until then. Times without audible sound do not count; if there are no
+others, the first does. A crest k exceeds the tails of those before it by
 
     S_k - max_{j < k} (S_j - r (t_k - t_j)).
 
-A sound of few modes swells and fades in its tail, for they beat. So it rises again and again there,
-as at an impact, but never above the decay.
+A sound of few modes swells and fades in its tail, since they beat. It rises there repeatedly, as at
+an impact, but never above the decay.
 """
 
 from __future__ import annotations

@@ -5,16 +5,16 @@ G that none within 25 ms exceeds has the log-odds
 
     0.7 ln G + 1.7 ln B - 5.4 ln(G_1/2 + 5) - 1.5 ln(max(B_max, 0.15)) + 12.1,
 
-less 40 (G' / G - 0.1) where that is positive, G' being G 16 ms later: a note that swells goes on to
-rise then, and an impact does not; nor does its power in the bands that rise grow by more than
-0.6 neper within 17 ms. They are no more than G - 24 - 2 min(n, 5), for noise reaches a G
-of 20 about once an hour, and where it swells, making n crests of 10 to 20 a second, more than 20 as
-well. B is the greatest within two frames, G_1/2 the median of G and B_max the greatest B within a
-second: where other sound comes and goes, a band rises now and then. An impact lies 1.6 ms before
-its crest of G, give or take 2 ms, for that is where its sound fills the window.
+less 40 (G' / G - 0.1) if that is positive, with G' the G 16 ms later: a swelling note continues to
+rise, an impact does not, nor does its power in the rising bands grow by more than 0.6 neper within
+17 ms. The log-odds are at most G - 24 - 2 min(n, 5), since noise reaches a G of 20 about once an
+hour, and swelling noise, with n crests of 10 to 20 a second, more than 20. B is the greatest within
+two frames, G_1/2 the median of G and B_max the greatest B within a second: in varying sound, single
+bands sometimes rise. An impact lies 1.6 ms before its crest of G, with an error of 2 ms, since
+there its sound fills the window.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
-octaves do not tell of an impact.
+octaves show no impact.
 """
 
 from __future__ import annotations

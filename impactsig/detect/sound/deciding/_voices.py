@@ -1,15 +1,15 @@
-"""Crests of the rise in octaves that come as the pulses of a voice do: in a crowd, for a moment.
+"""Crests of the rise in octaves that are pulses of a voice: many in a short time.
 
 A voice opens 80 to 300 times a second, for a few tenths of a second, and each opening is a rise in
-octaves. It is known by n, how many other crests within 50 ms are higher than 0.4 times this one.
-Where n is 5 or more, and no more than 0.7 times as many come in such a time within a second (a
-machine that hits as fast does so all of the time), the log-odds of an impact are no more than
+octaves. It is recognised by n, the number of other crests within 50 ms higher than 0.4 times
+this one. If n is at least 5, and the average within a second is at most 0.7 n per 50 ms (a machine
+that hits as fast does so all the time), the log-odds of an impact are at most
 
     0.3 o - 0.76 n + 1.69 ln B + 6.1,
 
-o what they are otherwise, B the greatest rise in narrow bands within two frames, no more than these
-need. A crest where these rise as they need stays as it is. Fitted by logistic regression to records
-of `benchmarks.varied_sound`, seeds 6000 to 6039 and 6100 to 6139, and of
+with o the log-odds otherwise and B the greatest rise in narrow bands within two frames, limited to
+their threshold. A crest where they reach it is not changed. Fitted by logistic regression to
+records of `benchmarks.varied_sound`, seeds 6000 to 6039 and 6100 to 6139, and of
 `benchmarks.sound_disturbances`.
 """
 

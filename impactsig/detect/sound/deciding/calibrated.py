@@ -1,19 +1,19 @@
-"""Log-odds as they turn out, by what the record as a whole says of its impacts.
+"""Log-odds calibrated by the statistics of the whole record.
 
-The odds of a crest were fitted to records of all kinds together. Where few crests of a record are
-in doubt, evidence parts impacts from noise more sharply: odds are even less often than they say,
-and then rather of impacts. Where impacts come as densely as the crests of a rattle, they hide each
-other's evidence, and most that seem improbable are impacts. With F the F1 that the odds let expect
+The odds of a crest were fitted to records of all kinds together. If few crests of a record are in
+doubt, evidence separates impacts from noise better: even odds are rarer than stated, and then more
+often impacts. If impacts are as dense as the crests of a rattle, they mask each other's evidence,
+and most that seem improbable are impacts. With F the F1 that the odds imply
 (`doubt.py`), c = max(0, 1 - (1 - F) / 0.03) and r likely impacts a second, the log-odds x become
 
     (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3)),
     d = (1 - 0.4 c) (1 - c^16),
 
-s = 0.75 where x > 0, else 0.5. Where nothing at all is in doubt, what seems to be none is none. By
+s = 0.75 where x > 0, else 0.5. If nothing is in doubt, improbable crests are not impacts. Fitted to
 synthetic sound of 3 to 28 impacts a second, 6 to 30 dB above noise, at 8 to 44 kHz.
 
-Noise makes the more crests the less probable they are. Where as many or more crests lie just above
-even odds than just below, they are impacts whose evidence a room, or the next impact, takes. With
+In noise, the number of crests decreases with their probability. If at least as many crests lie just
+above even odds as just below, they are impacts whose evidence is masked by a room or the next. With
 n_1, n_2 and n_3 crests of log-odds from -3 to -1.5, to 0 and to 1.5, t seconds, sigma the standard
 deviation of the rise in octaves in noise, and, between 0 and 1,
 
@@ -25,10 +25,10 @@ the log-odds grow by
     h (2.5 - 1.9 min(1, ln(r / 13.5) / 0.3) + 0.5 ln(10 sigma) + 0.6 ln((1 - F) / 0.03)
        - 1.2 ln((n_1 / t + 0.02) / (n_2 / t + 0.02))),
 
-where what is negative in the second and fourth term does not count, and the slope where x < 0 by
-0.27 h. Slower ones do not ring into each other: with h = e min(1, r / 12) strokes of drums, 5 a
-second, get false ones. By the same sound, such sound in rooms of 0.1 to 1 s, and records of
-`benchmarks.varied_sound`.
+where negative values of the second and fourth terms are replaced by 0, and the slope for x < 0
+grows by 0.27 h. Slower impacts do not overlap: with h = e min(1, r / 12) strokes of drums, 5 a
+second, get false ones. Fitted to the same sound, such sound in rooms of 0.1 to 1 s, and
+records of `benchmarks.varied_sound`.
 """
 
 from __future__ import annotations

@@ -1,22 +1,22 @@
-"""Decision which crests are impacts, and their probabilities.
+"""Decision which crests are impacts, and with which probabilities.
 
 C is the rise in octaves, B that in narrow bands, G the likelihood of a rise in one of them
 (`sound.py`). With s the standard deviation of C in noise, a = s (1.9 + 9 s) is about the greatest
 C of an hour of noise, which is skewed the more the fewer coefficients it has. The rattle r is the
-greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, digital
-silence left out. It is no more than 4 a, than 0.3 C_max + r / 10, C_max the greatest C within a
-second, or, if that is more, than 50 times what the 80th highest crest of these two seconds (fewer
-beside digital silence) is above 0.75 s: dense impacts fill the quantiles as rattling does, but make
-no such number of crests, and faint knocks have faint tails. The evidence of a crest of C by octaves
-is
+greater of 50 times the 0.75-quantile and 12 times the 0.9-quantile of C within a second, without
+digital silence. It is at most 4 a, at most 0.3 C_max + r / 10, C_max the greatest C within a
+second, or, if that is more, at most 50 times the excess over 0.75 s of the 80th highest crest of
+these two seconds (fewer beside digital silence): dense impacts raise the quantiles as rattling
+does, but have fewer crests, and weak knocks have weak tails. The evidence of a crest of C from
+octaves is
 
     min(C / (a + r) + G / 36, C / (0.35 a + r)),
 
-C no more than it exceeds the tails of earlier crests by (`_tails.py`) and G counting for the
-greatest C within 28 ms only; but no more than B over the greater of 0.035 and
-its mean around. Its evidence by bands is C over the greater of 1.65 and 10 s, or
-B / 0.33 if that is more, B has a crest here that none within 25 ms exceeds, and C none greater
-nearby. Where B has a crest and C has none, the impact lies at the crest of B.
+with C limited to its excess over the tails of earlier crests (`_tails.py`), and G only for the
+greatest C within 28 ms. It is at most B over the greater of 0.035 and the mean of B around it.
+Its evidence from bands is C over the greater of 1.65 and 10 s; or B / 0.33 if that is more, B has a
+crest here that is the highest within 25 ms, and C has no greater one nearby. If B has a crest and C
+has none, the impact lies at the crest of B.
 
 The probability of an impact is that of the greatest log-odds of three:
 
@@ -24,32 +24,31 @@ The probability of an impact is that of the greatest log-odds of three:
     by bands    3 ln e, or 7 ln e if e < 1,
     by others   3.6 ln e + 0.6 ln L + 1.9 ln (m + 1/2) - 1.3 ln (k K / a^2) - 1.1 ln B_max - 7.3,
 
-with B_max the greatest B within a second, at least 0.01. Here n is how many other crests with an
-evidence by octaves of 1 to 2 come in a second, 10 s of silence added, and 1/60 more: where there
-are none, neither are there weaker impacts, and where they are many, most weaker ones are impacts,
-too.
+with B_max the greatest B within a second, at least 0.01. Here n is the number per second of other
+crests with an evidence from octaves of 1 to 2, with 10 s of silence added, plus 1/60: without such
+crests there are no weaker impacts either, and with many, most weaker crests are impacts as well.
 
-The third holds a crest against the others around it, where a room or many impacts fill the record
-with sound. Its e is the evidence by bands, L is G for the greatest C within 28 ms and 1 for others,
-m how many other crests a second exceed 2 a within a second, and K and k what 40 crests a second
-reach within a second and a quarter of one, at least a / 20 each. These odds are no more than 6.5
-times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest within 40 ms, C
-again no more than beyond tails, G / 7 and B over what it needs.
+The third expression compares a crest with those around it, for records in which a room or many
+impacts cause continuous sound. Its e is the evidence from bands, L is G for the greatest C within
+28 ms and 1 for others, m the number per second of other crests above 2 a within a second, and K and
+k the height that 40 crests a second exceed within 1 and 0.25 s, at least a / 20 each. These odds
+are at most 6.5 times the logarithm of the least of C / (0.35 a), C over a tenth of the greatest
+within 40 ms (both C limited to the excess over tails), G / 7 and B over its required value.
 
-Evidence by bands does not count where the bands that rise go on to do so, by 0.6 neper or more
-17 ms later, and C is less than 2 a: notes of music swell, impacts do not. Crests that crowd for a
-moment are pulses of a voice (`_voices.py`).
+Evidence from bands does not count if the rising bands continue to rise, by 0.6 neper or more within
+17 ms, and C is less than 2 a: notes of music swell, impacts do not. Many crests in a short time are
+pulses of a voice (`_voices.py`).
 
-Crests that come densely and are about as high have odds of their own (`_dense.py`).
+Dense crests of about the same height have separate odds (`_dense.py`).
 
-Where none of these is above 0, a crest of G may tell of a low tone (`_tones.py`). It stands for all
-crests from 12 ms before it until 20 ms after it, and lies at a crest of C of a or more within 6 ms
-of where it should, if there is one. Last, rises in one octave turn all odds and add what only they
-tell of (`_rise_odds.py`).
+If none of these is above 0, a crest of G may be a low tone (`_tones.py`). It replaces all crests
+from 12 ms before it until 20 ms after it, and is placed at a crest of C of at least a within 6 ms
+of its expected place, if there is one. Finally, rises in one octave change all odds and add
+impacts that only they show (`_rise_odds.py`).
 
-The first two were fitted to synthetic sound 6 to 20 dB above noise, and those by bands to drums;
-the third to synthetic sound and drums, also in rooms and noise, by logistic regression. What a
-whole record adds to them is in `calibrated.py`.
+The first two were fitted to synthetic sound 6 to 20 dB above noise, those of bands to drums; the
+third to synthetic sound and drums, also in rooms and noise, by logistic regression. The record as a
+whole corrects them in `calibrated.py`.
 """
 
 from __future__ import annotations
@@ -98,7 +97,7 @@ FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
 LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
-ALONE = 28e-3  # [s] within which C must be greatest for that to count: G hears as far as that
+ALONE = 28e-3  # [s] within which C must be greatest for that to count: the extent of G
 BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
 AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
 CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
@@ -106,7 +105,7 @@ SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B that it bel
 OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
 BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
 FAINT = 0.3  # evidence of nothing
-AMONG = 2.0  # times a, that crests reach by which others are judged, and are heard in octaves
+AMONG = 2.0  # times a: height of crests with which others are compared, and that octaves show
 SHORTLY = 0.25  # [s], beside RATTLE_WITHIN, in which CRESTS a second are counted
 LEAST_CROWD = 0.05  # times a
 LEAST_LOUD = 0.01  # greatest rise in narrow bands nearby [neper of power]
@@ -122,9 +121,9 @@ class Candidates(NamedTuple):
 
     frame: np.ndarray  # of the octaves
     coarse: np.ndarray  # bool: from narrow bands alone, and so only known to some 10 ms
-    spread: np.ndarray  # standard deviation of the instant as far as the frame tells it [s]
+    spread: np.ndarray  # standard deviation of the instant as given by the frame [s]
     odds: np.ndarray  # logarithm of those of an impact
-    pulse: np.ndarray  # bool: no impact because it is one of many, as the pulses of a voice are
+    pulse: np.ndarray  # bool: no impact because it is one of many, as pulses of a voice
     crowded: np.ndarray  # bool: none because many come as densely, though little lies in between
 
     @property
@@ -221,7 +220,7 @@ def with_tones(
 ) -> Candidates:
     """Add low tones to the candidates where no candidate is as probable.
 
-    A low tone stands for all less likely candidates beside it.
+    A low tone replaces all less likely candidates near it.
     """
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
@@ -260,7 +259,7 @@ def with_rises(
     audible: float,
     seconds: float,
 ) -> Candidates:
-    """Turn the log-odds by rises in one octave, and add those that none of them tells of."""
+    """Change the log-odds by rises in one octave, and add impacts that only these show."""
     h = np.concatenate(passage.rises)
     silent = np.concatenate(passage.silent)
     known = np.concatenate(passage.known)
@@ -291,7 +290,7 @@ def with_rises(
 def with_others(
     found: Candidates, frame: np.ndarray, spread: np.ndarray, odds: np.ndarray
 ) -> Candidates:
-    """Add candidates, in ascending order, that neither pulses nor crowds tell of."""
+    """Add candidates, in ascending order, to which rules for pulses and crowds do not apply."""
     at = np.searchsorted(found.frame, frame)
     neither = np.zeros(len(frame), bool)
     new = Candidates(frame, neither, spread, odds, neither, neither)

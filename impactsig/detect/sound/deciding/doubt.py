@@ -1,7 +1,7 @@
-"""How far the impacts of a sound record are in doubt, by the probabilities of all its rises.
+"""Expected number of errors in the impacts of a sound record, from the probabilities of all rises.
 
 Of the rises that are likely impacts, the sum of the probabilities is the expected number of
-impacts, and what is left to their number that of false ones; the sum over the others is the
+impacts, and the difference to their number that of false ones; the sum over the others is the
 expected number of missed ones. Those below POSSIBLE are not counted: they are many, and noise.
 """
 

@@ -7,7 +7,7 @@ import numpy as np
 from .._kernels import GROUP
 from .._survey import Survey
 
-GATED = 0.05  # share of digital silence that a note is worth
+GATED = 0.05  # fraction of digital silence from which on there is a note
 STRETCHES = 3  # of it
 PULSES = 10  # of a voice that a note is worth
 MAINS = 50.0, 60.0, 100.0, 120.0  # [Hz], of buzzing mains

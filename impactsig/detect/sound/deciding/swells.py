@@ -1,18 +1,18 @@
-"""Noise that swells again and again, as that of a fan or a compressor, told from impacts.
+"""Noise that swells repeatedly, as that of a fan or a compressor, distinguished from impacts.
 
-Noise that swells 5 to 100 times a second rises within 4 ms as much as at an impact, but no more in
-one millisecond than in another. With P(a, b) the mean square of the innovations from a to b
+Noise that swells 5 to 100 times a second rises within 4 ms as much as at an impact, but evenly over
+these milliseconds. With P(a, b) the mean square of the innovations from a to b
 milliseconds after the attack, and r the samples in a millisecond,
 
     e = ln(P(0, 1) / P(-1, 0)) - 0.2 max(0, ln(P(1, 4) / P(-4, -1))) - 0.6 - 1.7 / sqrt(r)
 
-is about 0 in noise that swells, whatever its spectrum, for attacks lie where its power happens to
-rise most, and 0.6 to 4 at impacts. Of one impact e is uncertain by 0.5 to 0.9, so the median of
-those within a second decides: where they are 10 a second and more and it is less than 0.2 and than
-R / 2 - 0.45, with R the median of the second logarithm, the log-odds of each are no more than
-4 (e - 1). Low tones in noise and dense impacts that ring into each other hardly show in
-innovations: they have an R of 0.2 to 1. Clear impacts behind a filter that smears them, whose e may
-be 0 as well, have an R of 9 and more, swellings of up to 7.
+is about 0 in swelling noise of any spectrum, since attacks lie where its power rises most by
+chance, and 0.6 to 4 at impacts. For one impact e is uncertain by 0.5 to 0.9, so the median within a
+second is used: if there are 10 a second or more and it is less than 0.2 and less than R / 2 - 0.45,
+with R the median of the second logarithm, the log-odds of each are at most 4 (e - 1). Low tones in
+noise and dense overlapping impacts hardly raise innovations: they have an R of 0.2 to 1. Clear
+impacts smeared by a filter, whose e may be 0 as well, have an R of 9 and more, swelling noise up to
+7.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def crowds(instant: np.ndarray) -> np.ndarray:
 def sharpness(
     x: np.ndarray, attack: np.ndarray, valid: tuple[int, int], rate: float, lag: int, slope: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How much more than in noise that swells each rise is sudden, e, and R.
+    """Abruptness e of each rise relative to swelling noise, and R.
 
     `attack` are places between samples of x, `lag` and `slope` are those of the innovations.
     """

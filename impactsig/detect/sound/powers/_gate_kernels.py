@@ -10,7 +10,7 @@ CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
 BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
-SIDE_BY_SIDE = 64  # samples that are looked at in vector lanes
+SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 _NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
 
 
@@ -166,7 +166,7 @@ def heard_shares(silent, first, hop, window, out):
     for at in range(_NONE, whole, _LANES):
         for k in range(_NONE, _LANES):
             sums[k] += squares[at + k]
-    total = sums.sum()  # in the order of what is heard, which is never more
+    total = sums.sum()  # in the order of audible values, which are never more
     for k in range(whole, size):
         total += squares[k]
     for g in range(len(out)):

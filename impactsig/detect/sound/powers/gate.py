@@ -37,7 +37,7 @@ class Gate:
     bands: Bands
     octaves_held: np.ndarray = field(init=False)
     bands_held: np.ndarray = field(init=False)
-    share: float = field(init=False)  # of the last window of the narrow bands that is heard
+    share: float = field(init=False)  # of the last audible window of the narrow bands
     silent: np.ndarray | None = field(init=False)  # samples of this window, if any
 
     def begin(self) -> None:

@@ -1,7 +1,7 @@
 """Kernels that align sounds of one waveform to a fraction of a sample.
 
-A sound y is taken for p times a waveform T, shifted by d samples. The whole and half samples by
-which the two are most alike come first; what is left follows from weighted linear least squares,
+A sound y is modelled as p times a waveform T, shifted by d samples. The best shift by whole and
+half samples is found first; the remainder follows from weighted linear least squares,
 
     y[k + l] = p T_j[k] + q S_j[k],      d = l + j / SHIFTS + q / p,
 
@@ -18,9 +18,9 @@ from ...._compiling.compiled import njit
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
-TAPS = 16  # samples on either side that a value between samples is made of
-UNSURE = 1.5  # what noise counts for, of shifts far from each other: its colour is little known
-TAIL = 0.3  # of the power after a wave, that tells how late it is: samples in a row are alike
+TAPS = 16  # samples on either side from which a value between samples is interpolated
+UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
+TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
 _NONE = np.uint64(0)
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
@@ -205,12 +205,12 @@ def fit_shift(y, first, far, shift, shifts, weight):
 def likeliest(response, after, far, stride, rows, power, expected, spread):
     """Most probable shift of at most `far`, and the posterior mean square about it.
 
-    The logarithm of the probability of a shift is the square of the `response` of the matched
-    filter, greater than 0, over twice the `power` of noise in that, and what a Cauchy distribution
-    about the `expected` shift has there, `spread` wide. With that square counts what is heard
-    `after` the wave at every whole shift from -far on: of a ringing sound it would be noise, were
-    the wave as early as that. Crests more than a sample apart count; a parabola through three
-    responses gives the height of one. Shifts are those of `respond`, with `rows` waves.
+    The logarithm of the probability of a shift is the squared positive `response` of the matched
+    filter over twice the `power` of its noise, plus that of a Cauchy distribution about the
+    `expected` shift with the width `spread`. The power `after` the wave, at every whole shift from
+    -far on, is added to the square, since a wave shifted too early leaves the end of a ringing
+    sound unexplained. Maxima more than a sample apart count; a parabola through three responses
+    gives the height of one. Shifts are those of `respond`, with `rows` waves.
     """
     offset = (rows - 1) // 2 / rows
     most, at = -np.inf, np.nan
@@ -241,11 +241,12 @@ def likeliest(response, after, far, stride, rows, power, expected, spread):
 def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, out):
     """Shift, factor, residual, total and noise sums of squares of each sound.
 
-    Last, the mean square distance of shifts elsewhere. Where a shift of at most `lengths.reach`
-    leaves more than the share `clear`, all up to `lengths.far` are tried, and that `expected` of
-    each sound with its spread (first and second column) counts. `taper` weighs what the coarse
-    shift goes by, `weight` what least squares do. Noise is what precedes all that the wave can be
-    laid over, scaled to the wave's sum; `colour` times white noise of its power is in a response.
+    The last column is the mean square distance of other possible shifts. If a shift of at most
+    `lengths.reach` leaves more than the fraction `clear`, all up to `lengths.far` are tried, with
+    the `expected` shift of each sound and its spread (first and second column) as prior. `taper`
+    weights the coarse shift, `weight` the least squares. Noise is measured before the earliest
+    place of the wave, scaled to the wave's sum; a response contains `colour` times white noise of
+    its power.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far
@@ -262,7 +263,7 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             weighted[row, k] = taper[k] * moved[k]
     sums, after = np.empty((4, 2 * (far // stride) + 1)), np.empty(2 * far + 1)
     end = first + len(middle) - len(middle) // 6  # the taper is at a half there
-    tail = TAIL * energy if clear > 0.0 else 0.0  # while the wave is learned it may end anywhere
+    tail = TAIL * energy if clear > 0.0 else 0.0  # the end of a wave being learned is uncertain
     for i in range(len(sounds)):
         y = sounds[i]
         noise = 0.0

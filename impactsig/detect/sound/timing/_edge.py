@@ -7,7 +7,7 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
 the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
-itself. `step_modes` gives what a mode that starts at once looks like behind each of them.
+itself. `step_modes` gives a mode with an abrupt start behind each of them.
 """
 
 from __future__ import annotations

@@ -31,10 +31,10 @@ LEAST = 8  # sounds that a model is learned from
 WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
 MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
-LEFT = 0.1  # share of the energy of rings, beyond noise, that no shared modes leave
+LEFT = 0.1  # fraction of the energy of rings, beyond noise, that shared modes do not leave
 MODULI = 0.7, 0.9995
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
-BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # that another prior adds, by determinants
+BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # most that another prior gains
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
@@ -117,7 +117,7 @@ class Model:
 
     lead: int  # samples of a fit before its origin
     freedom: float  # degrees of it in noise that Q leaves
-    near: int  # shifts on either side that a fit looks at
+    near: int  # shifts on either side that a fit tries
     reach: int  # samples on either side that its origin is looked for in
     parts: tuple[np.ndarray, np.ndarray]  # results of `step_modes`, from `lead` + `reach` before
     noise: float = 0.0  # power of a sample
@@ -132,7 +132,7 @@ class Model:
 
     @functools.cached_property
     def fine(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same at the shifts that a fit looks at."""
+        """The same at the shifts that a fit tries."""
         return self._at(np.arange(-self.near, self.near + 1))
 
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +149,7 @@ class Model:
         return basis, grams
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Instant, standard error [samples] and residual share of each sound; NaN if cut off.
+        """Instant, standard error [samples] and residual fraction of each sound; NaN if cut off.
 
         The share is that beyond noise.
         """
@@ -185,7 +185,7 @@ class Model:
         return fits
 
     def median_left(self, held: Projected) -> float:
-        """Share of the energy that the model leaves in the median; infinite if it fits none."""
+        """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
         there, origin, _ = self._origins(held)
         if not len(there):
             return np.inf
@@ -280,7 +280,7 @@ def modes_behind(
 ) -> Model:
     """The model of modes with these exponents behind a filter and that of `taps`.
 
-    `heard` is the share of white noise that passes the high-pass filter.
+    `heard` is the fraction of white noise that passes the high-pass filter.
     """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))

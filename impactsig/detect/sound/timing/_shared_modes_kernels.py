@@ -1,12 +1,12 @@
 """Kernels that time sounds of the same modes behind a band-limiting filter.
 
-A sound y that starts a shift d after a sample is taken for
+A sound y that starts a shift d after a sample is modelled as
 
     y = Q(d) a + K(d) b + e,    b ~ N(0, E V),    e ~ N(0, s E),    E = |y|^2,
 
 where the orthonormal columns Q span the modes that start there, K holds the filter's impulse
-response there and its slope, freed from Q, and s is the power of a sample's error relative to E.
-With a of any size, the logarithm of the probability of d is, but for a constant,
+response there and its slope, orthogonal to Q, and s is the power of a sample's error relative to E.
+For an unbounded prior of a, the logarithm of the probability of d is, up to a constant,
 
     L(d) = (|Q'y|^2 + y'K (G + s / V)^-1 K'y) / (2 s E) - ln det(1 + V G / s) / 2,    G = K'K.
 """
@@ -22,16 +22,16 @@ from .._attack_kernels import innovations
 from .._lane_kernels import exponentials, logarithms
 from ._alike_kernels import UNSURE, add_products, filtered_at, taps_at
 
-NEAR_TAPS = 8  # samples on either side that a crossing is made of
+NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 8  # places between two samples that a crossing is looked for at
 BETWEEN = 16  # places between two shifts at which the probability is interpolated
 FALL = 30.0  # by which its logarithm may lie below the greatest to count
 LANES = 64  # sounds that are projected side by side
 ROWS_AT_ONCE = 4  # of a basis, that sounds are projected on
-LOST = 0.01  # share of the square of a column, less than which magnifies rounding if it is left
-ROUNDED = 1e-26  # share of the square of a column that rounding may leave of it
-FAINTEST = 1e-300  # energy of which the reciprocal is a number
-NOTHING = 1e-30  # energy over the noise of a sample, of which no probability is a number
+LOST = 0.01  # fraction of the square of a column; if less is left, rounding is magnified
+ROUNDED = 1e-26  # fraction of the square of a column that rounding may leave
+FAINTEST = 1e-300  # energy whose reciprocal is finite
+NOTHING = 1e-30  # energy over the noise of a sample for which probabilities are not finite
 _NONE = np.uint64(0)
 
 
@@ -91,7 +91,7 @@ def add_lagged_products(ring, rows, factor, total):
 
 @njit(nogil=True)
 def crossings(sounds, quiet, begin, end, shares, out):
-    """First crossing of a share of each sound's greatest modulus, and its duration.
+    """First crossing of a fraction of each sound's greatest modulus, and its duration.
 
     The crossing and the greatest are looked for from sample `begin` to `end`, between samples as
     well. The share is the first of `shares`, or more where noise reaches it (the second is a
@@ -148,7 +148,7 @@ def abruptness(waves, split, lag, slope, count, out):
 
 @allocating
 def log_probabilities(projection, gram, energy, error, prior, value, explained):
-    """Log probability L of each shift, and the share of the energy that is explained.
+    """Log probability L of each shift, and the fraction of the energy that is explained.
 
     `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
     two diagonal elements of V.
@@ -333,7 +333,7 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
 
 @allocating
 def leave(projections, energy, grams, floor, freedom, prior, left):
-    """Share of the energy of each sound that the most probable shift leaves.
+    """Fraction of the energy of each sound that the most probable shift leaves.
 
     As in `weigh`, s is at least what is left to each of the degrees of freedom.
     """
@@ -413,6 +413,6 @@ def _moments(value, most, step, scratch):
             begin += np.uint64(BETWEEN)
     mass = total.sum()
     mean = first.sum() / mass
-    # Between two places nothing is looked at.
+    # Nothing between two places is checked.
     variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
     return step * mean, step * math.sqrt(variance), top + math.log(mass * step / BETWEEN)

@@ -1,21 +1,21 @@
 """Mutual alignment of similar sounds, to a fraction of a sample.
 
-A structure that is hit at one spot rings each time in the same way, but for the strength. The
-attack alone tells its instant to a sample; the whole waveform, laid over that of the other
-impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, found
-by laying them over the one that most others are like, and then over their mean. The shift of an
-impact is that by which p times the waveform leaves least of it; a constant, the median shift of
-those learned from, is taken off, so that instants on the whole stay where the attacks are, or
-where shared modes put them (`shared_modes.py`).
+A structure that is hit at one place has the same waveform each time, except for the strength. The
+attack alone determines the instant to a sample; the whole waveform, aligned with that of the other
+impacts, to a hundredth of one. The waveform is the least-squares mean of up to LEARN impacts, which
+are aligned with the one that is similar to most others, and then with their mean. The shift of an
+impact minimises the residual of p times the waveform. A constant, the median shift of the impacts
+learned from, is subtracted, so that on average instants are those of the attacks, or of shared
+modes (`shared_modes.py`).
 
-A sound is alike where the waveform leaves at most 1 - ALIKE^2 of its power, noise apart. Instants
-stay where the attack puts them unless half of the impacts are alike, and their shifts agree with
-their attacks: sounds of the same tones in other phases can be alike when shifted, by much. Of
-sounds that differ in phases hardly anything between samples can be known, for an instant a little
-later and other phases make the same samples.
+A sound is alike if the waveform leaves at most 1 - ALIKE^2 of its power, apart from noise. The
+instants of attacks are kept unless half of the impacts are alike and their shifts agree with their
+attacks: sounds of the same tones in other phases can be alike after a large shift. For sounds that
+differ in phase, hardly anything between samples can be determined, since a slightly later instant
+with other phases gives the same samples.
 
-Sounds are compared in the innovations that the attack is timed in, where hum and the low tones of
-a room are weak.
+Sounds are compared by the innovations with which attacks are timed, in which hum and low tones of a
+room are weak.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ LEAST = 8  # impacts that make a waveform
 FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
 ALIKE = 0.9  # correlation with the waveform
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
-CLEAR = 0.02  # share of its power left of a sound with so little noise that its attack is right
+CLEAR = 0.02  # fraction of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
-SOME, BEYOND = 0.1, 5.0  # share, at most, that may differ by more standard errors: by a period
+SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
@@ -297,7 +297,7 @@ def _slope(shifts: np.ndarray) -> np.ndarray:
 
 
 def _alike(laid: np.ndarray) -> np.ndarray:
-    """Whether the residual of each sound is only noise and a share 1 - ALIKE**2."""
+    """Whether the residual of each sound is only noise and a fraction 1 - ALIKE**2."""
     shift, _, left, own, noise, _ = laid.T
     clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
     return np.isfinite(shift) & clear & (left <= 0.75 * own)

@@ -1,23 +1,24 @@
 """Timing of impacts in a band-limited sound record, from the modes that they share.
 
-The filter before a sampler of 8 to 16 kHz rings before an impact as long as after it, and whatever
-looks for the first change finds that ringing. What tells the instant is how sounds look behind the
-filter that begin at once: impacts of one structure ring at the same frequencies and decay alike,
-in any phases. The modes are the poles of the sounds of up to LEARN impacts [Roy1989]_; the filter
-is that of `_edge.responses` under which these sounds are the most probable, given the modes;
-the instant of an impact is the mean of its probability, given both, with any amplitudes of the
-modes (`_shared_modes_kernels.py`), and the standard deviation is its standard error.
+The filter before a sampler of 8 to 16 kHz rings before an impact as long as after it, and any
+method that looks for the first change finds that ringing. The instant is determined by a model of
+sounds with an abrupt start behind the filter: impacts of one structure have the same frequencies
+and decays, in any phases. The modes are the poles of the sounds of up to LEARN impacts [Roy1989]_;
+the filter is that of `_edge.responses` under which these sounds are the most probable, given the
+modes; the instant of an impact is the mean of its probability, given both, with any amplitudes of
+the modes (`_shared_modes_kernels.py`), and the standard deviation is its standard error.
 
-Modes above the band leave an impulse and its slope behind the filter. Their sizes, relative to the
-energy of the sound, are normal with variances that the record chooses: without a bound on them an
-impact a little later with other phases makes the same samples.
+Modes above the band leave an impulse and its slope behind the filter. Their amplitudes, relative to
+the energy of the sound, are normal with variances estimated from the record: without a bound, a
+slightly later impact with other phases gives the same samples.
 
 The method does not apply where sounds are more probable without any filter, where modes are not
 shared, or where they leave more than UNLIKE of the energy. If the sounds of a slow record then do
-not begin abruptly, the instant is where the modulus first crosses a share of its greatest; else
-the attack is the best there is.
+not begin abruptly, the instant is where the modulus first crosses a fraction of its maximum;
+otherwise it is the attack.
 
-Nothing depends on how the record is cut. Memory is bounded by the LEARN sounds kept at first.
+Results do not depend on how the record is divided. Memory is bounded by the LEARN sounds kept at
+first.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
 LEARN = 256  # impacts that modes are learned from
 CHOOSE = 64  # of them that the filter is chosen by
-UNLIKE = 0.03  # share of the energy that shared modes leave in the median, noise apart
+UNLIKE = 0.03  # fraction of the energy that shared modes leave in the median, apart from noise
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
 BEGINNING = 1.5e-3  # [s]
