@@ -62,24 +62,14 @@ def leading(crests, order, widths, explained):
     return kept
 
 
-def pulse_shape(t, amplitude, start, rise, flat, fall, power, apart=0.0):
-    """Quarter-sine rise and fall to a power, warped for a smooth crest, with a flat top.
-
-    `apart` is half the difference of the logarithms of the powers of rise and fall.
-    """
+def pulse_shape(t, amplitude, start, rise, flat, fall, power):
+    """Quarter-sine rise and fall to a power, with a flat top."""
     u = t - start
     y = np.zeros(len(t))
     up, down = (u > 0) & (u < rise), (u >= rise + flat) & (u < rise + flat + fall)
-    lean = (apart - np.log(rise / fall)) / (2 * (1 + flat / np.sqrt(rise * fall)))
-    lean = np.clip(lean, -1.2, 1.2)
-    for part, v, sign in (
-        (up, u[up] / rise, 1),
-        (down, (rise + flat + fall - u[down]) / fall, -1),
-    ):
-        steep = np.exp(sign * lean) / np.cosh(lean) ** 5
-        warped = steep * v / (1 + (steep - 1) * v)
-        y[part] = np.sin(np.pi / 2 * warped) ** (power * np.exp(sign * apart))
+    y[up] = np.sin(np.pi / 2 * u[up] / rise) ** power
     y[(u >= rise) & (u < rise + flat)] = 1.0
+    y[down] = np.cos(np.pi / 2 * (u[down] - rise - flat) / fall) ** power
     return amplitude * y
 
 

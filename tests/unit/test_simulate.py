@@ -40,7 +40,7 @@ def test_what_cannot_be_is_refused_by_name(argument, options):
 
 
 def test_periods_need_a_forcing():
-    with pytest.raises(InvalidInput, match="no forcing"):
+    with pytest.raises(InvalidInput, match="a system with forcing"):
         impactsig.simulate(Oscillator(), periods=1)
     with pytest.raises(InvalidInput, match=r"system: got beam; required: an Oscillator"):
         impactsig.simulate("beam", periods=1)

@@ -24,7 +24,6 @@ from ._model import (
     AMPLITUDE,
     BY_POWER,
     BY_START,
-    BY_WARP,
     FLAT,
     FLAT_SD,
     LENGTH,
@@ -40,7 +39,6 @@ from ._model import (
     add_priors,
     inside,
     parts_of,
-    warp_of,
 )
 from ._small_matrices import factor, solve
 
@@ -191,7 +189,6 @@ def _add_up(p, parts, points, centre, curve, bins, level, slope, j):
     end = parts.rise + parts.flat + parts.fall
     turn = 0.5 * (2.0 * parts.rise + parts.flat)
     first, fall, last = inside(p, parts, points)
-    warp = warp_of(p, 0.0)
     for k in range(last - first):
         at = points[first + k]
         u = at - p[START]
@@ -201,10 +198,6 @@ def _add_up(p, parts, points, centre, curve, bins, level, slope, j):
             j[2], j[3], j[6] = 0.5 * j[5], 0.0, j[4]
         else:
             j[2], j[3], j[6] = turn * by_start - 0.5 * j[5], parts.flat * by_start, -j[4]
-        by_warp = curve[BY_WARP, k]
-        j[2] += warp.by_skew * by_warp
-        j[3] += warp.by_flat * by_warp
-        j[6] += warp.by_powers * by_warp
         b = min(max(int(BINS * u / end), 0), BINS - 1)
         for m in range(WIDER):
             bins[b, m] += j[m]

@@ -17,7 +17,6 @@ from .._model import (
     AMPLITUDE,
     BY_POWER,
     BY_START,
-    BY_WARP,
     MAX_POINTS,
     POWERS,
     REST,
@@ -30,7 +29,6 @@ from .._model import (
     parts_of,
     put_products,
     room_for,
-    warp_of,
 )
 from ..edges import FIT
 from ..fit_errors import (
@@ -142,9 +140,10 @@ def common_rest(rows, clear, x, origin, room):
         row = rows[j]
         kept = row[FIT:]
         p = kept[NOW : NOW + WIDER].copy()
+        apart, p[POWERS] = p[POWERS], 0.0
         count, per = _samples(row, x, origin, room)
         points, means, curve = room.points[:count], room.means[:count], room.curve
-        linearize(p, p[POWERS], points, means, curve, room.normal)
+        linearize(p, points, means, curve, room.normal)
         parts = parts_of(p)
         within = inside(p, parts, points)
         noise = max(kept[NOISE] / (kept[SCALE] * math.sqrt(per)), EXACT * p[AMPLITUDE])
@@ -158,8 +157,10 @@ def common_rest(rows, clear, x, origin, room):
             total[place] += one * rest / p[AMPLITUDE]
             if drawn:
                 at = k - within.first
-                if k >= within.fall:
-                    rest -= kept[SHORT] * curve[BY_START, at]
+                if k < within.fall:
+                    rest -= apart * curve[BY_POWER, at]
+                else:
+                    rest += apart * curve[BY_POWER, at] - kept[SHORT] * curve[BY_START, at]
             beyond[place] += one * rest / p[AMPLITUDE]
             weight[place] += one
     square = shown = 0.0
@@ -239,8 +240,7 @@ def linearize_anew(rows, alike, x, origin, room):
         p = rows[j, FIT + ESTIMATE : FIT + ESTIMATE + WIDER]
         _put_taken(rows[j], p)
         count, per = _samples(rows[j], x, origin, room)
-        points, means = room.points[:count], room.means[:count]
-        linearize(p, p[POWERS], points, means, room.curve, room.normal)
+        linearize(p, room.points[:count], room.means[:count], room.curve, room.normal)
         _keep(rows[j], per, room.normal)
 
 
@@ -260,6 +260,7 @@ def _put_taken(row, p):
     """Put the parameters of what a pulse is taken for now, in the family, into p."""
     for m in range(WIDER):
         p[m] = row[FIT + NOW + m]
+    p[POWERS] = 0.0
 
 
 @kernel
@@ -284,16 +285,16 @@ def _linearize_missed(p, count, rest, room):
     parts = parts_of(p)
     per = points[1] - points[0]
     within = inside(p, parts, points)
-    warp = warp_of(p, p[POWERS])
-    begin, drawn_points = points[0] + within.first * per - p[START], within.last - within.first
-    draw(p, p[POWERS], warp, parts, begin, per, drawn_points, curve)
+    draw(
+        p, parts, points[0] + within.first * per - p[START], per, within.last - within.first, curve
+    )
     for k in range(count):
         drawn = within.first <= k < within.last
         room.family[k] = curve[VALUE, k - within.first] if drawn else 0.0
     apart = max(0.5 * min(parts.rise, parts.fall) / PER_EDGE, MEAN_SLOPE * per)
     u = points[0] - p[START]
-    draw(p, p[POWERS], warp, parts, u - apart, per, count, early)
-    draw(p, p[POWERS], warp, parts, u + apart, per, count, late)
+    draw(p, parts, u - apart, per, count, early)
+    draw(p, parts, u + apart, per, count, late)
     length = parts.rise + parts.flat + parts.fall
     first = last = fall = 0
     for k in range(count):
@@ -309,6 +310,6 @@ def _linearize_missed(p, count, rest, room):
         slope += _rest_at(at + apart, parts, rest) - _rest_at(at - apart, parts, rest)
         curve[VALUE, k - first] = value
         curve[BY_START, k - first] = -p[AMPLITUDE] * slope / (2.0 * apart)
-        curve[BY_POWER, k - first] = curve[BY_WARP, k - first] = 0.0
+        curve[BY_POWER, k - first] = 0.0
         curve[REST, k - first] = x[k] - p[AMPLITUDE] * value
-    put_products(p, warp, parts, points, first, fall, last, curve, room.normal)
+    put_products(p, parts, points, first, fall, last, curve, room.normal)

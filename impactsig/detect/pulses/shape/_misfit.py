@@ -15,17 +15,17 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
-from .._model import POWER, POWERS, WIDER, parts_of, warp_of
+from .._model import POWER, POWERS, parts_of
 from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
 from ._touch import STRETCHES, add_edges, read_touch
 
-OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.4, 0.1
+OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
 COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
 """Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
 clear pulses, or so many, which begin anywhere between two samples."""
-OUTWARD, ROUND = 0.02, 0.35
+OUTWARD, ROUND = 0.04, 0.35
 """Samples that it is read outside the pulse in the mean, where the edge begins with a kink; none
 where it is soft, of a power whose logarithm is so much."""
 UNSEEN, UNSEEN_FLAT = 0.075, 0.25
@@ -34,10 +34,6 @@ where the pulse has a flat top: where an edge of few samples turns into that is 
 JUMP, JUMPS, JUMPED = 0.4, 0.5, 0.2
 """Samples that a touch is off by where the force begins with a jump, which lies anywhere between
 two samples: where that logarithm is less than the family's by JUMPS, in full by JUMPED more."""
-JUMP_MISREAD, MAY_JUMP, JUMP_SURE = 0.013, 0.35, 0.1
-"""Of the rise: how far off a touch is read that may be a jump, which no power follows: where that
-logarithm is less by MAY_JUMP, in full by JUMP_SURE more, and the touch lies after the family's.
-Steep edges without a jump begin before it."""
 FEW_SHARED = 0.7
 """Of that, what all pulses of a span are off by."""
 STEEP, FEW = 1.05, 8.0
@@ -47,17 +43,9 @@ SOFT = 0.054
 """Of an edge, times the square of the logarithm of its power: how much later than sin^q a contact
 of force k x^p begins that sin^q follows, for p of 1.25 to 2. No noise shows which of the two it is,
 so it is put between them, by half with half as its error."""
-FOOT, LONGEST_FOOT, LEAN = 0.03, 1.2, 0.0022
-"""Of the fall, times the cube of the logarithm of its warp, at most LONGEST_FOOT: half of how much
-earlier a contact that loses energy ends than the family that follows it. Of the length, times the
-logarithms of both warps: half of how much earlier it begins."""
 SINE, SOFTEST = 0.05, 1.5
 """Logarithms of the power up to which an edge is that of a half-sine, and from which it is moved no
 more."""
-STEP, STEEP_FROM, STEEP_TO, STEP_DOUBT = 0.016, 0.1, 1.2, 1.5
-"""Of the rise: half of how much later than sin^q a contact with damping begins that sin^q follows,
-whose force begins with a jump; from which -ln q on, and where it ends, for the jump then shows; and
-the error of that, over it."""
 SOFTER = 5.0
 """Times that half, how far from there the touch of a soft edge with a misfit may be."""
 FAR = 0.1
@@ -67,7 +55,7 @@ FARTHEST = 0.4
 
 
 @allocating
-def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
+def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     """Correct instants and contact times for misfit, in place, and increase their errors.
 
     Parameters
@@ -84,26 +72,18 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
         The same for the family as it is held where it has a `rest`; else 0.
     rest : array
         What `common_rest` returns.
-    power : float
-        Logarithm of the power of the rise in the family, before it is held.
     timed : bool
         Contact times are those from first to last touch.
     """
-    rise, fall, early, late, warp = _mean_edges(rows, alike)
+    rise, fall, early, late = _mean_edges(rows, alike)
     edges = np.zeros((2, STRETCHES, 3))
     add_edges(rows, alike, x, origin, rise, fall, edges)
     r = math.hypot(math.sqrt(left), max(math.sqrt(held) - FAR, 0.0))
     soft, softer = _later(math.log(early)), _later(math.log(late))
-    step = _later_by_jump(power)
-    lean = _earlier_by_lean(warp) / rise
-    early_off = math.hypot(math.hypot(OFF_START * r / rise, SOFTER * soft), math.hypot(step, lean))
-    soft += step - lean
+    early_off = math.hypot(OFF_START * r / rise, SOFTER * soft)
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
-    start, start_variance, rises = read_touch(edges[0], early, warp.early, soft, early_off)
-    if start > 0.0:
-        jumps = min(max((rises - MAY_JUMP) / JUMP_SURE, 0.0), 1.0)
-        start_variance += (JUMP_MISREAD * jumps) ** 2
-    end, end_variance, falls = read_touch(edges[1], late, warp.late, softer, late_off)
+    start, start_variance, rises = read_touch(edges[0], early, soft, early_off)
+    end, end_variance, falls = read_touch(edges[1], late, softer, late_off)
     inward, back = _outward(early), _outward(late)
     clear = 0
     for k in alike:
@@ -112,9 +92,8 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, power, timed):
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
-    crest, peak = crest_of(rest, math.sqrt(early * late) / (warp.early * warp.late))
-    # What corners of a flat top leave says nothing of its height.
-    peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r * (rise + fall) ** 2) ** 2)
+    crest, peak = crest_of(rest, math.sqrt(early * late))
+    peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r) ** 2)
     for k in alike:
         row = rows[k]
         contact = row[1] if timed else _length(row)
@@ -156,16 +135,12 @@ def allow_for_unseen(rows, alike, hidden, timed):
         few = UNSEEN + (UNSEEN_FLAT - UNSEEN) * flat
         length = parts.rise + parts.flat + parts.fall
         p = rows[k, FIT + NOW :]
-        warp = warp_of(p, p[POWERS])
-        power = p[POWER] + p[POWERS]
-        soft, step = _later(power) * parts.rise, _later_by_jump(power) * parts.rise
-        late = (_later(p[POWER] - p[POWERS]) + _earlier_by_foot(warp.late)) * parts.fall
-        lean = _earlier_by_lean(warp) * length
-        rows[k, 0] = max(rows[k, 0] + soft + step - lean, 0.0)
-        if timed:
-            rows[k, 1] -= soft + step - lean + late
-        early = math.hypot(math.hypot(soft, STEP_DOUBT * step), lean)
+        early = _later(p[POWER] + p[POWERS]) * parts.rise
+        late = _later(p[POWER] - p[POWERS]) * parts.fall
+        rows[k, 0] += early
         rows[k, SHARED] = math.hypot(rows[k, SHARED], early)
+        if timed:
+            rows[k, 1] -= early + late
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
         _add_touches(rows[k], math.hypot(first, early), math.hypot(last, late), first, 1.0, timed)
@@ -178,28 +153,6 @@ def _later(power):
     From the logarithm of the power. It is the error of that, too.
     """
     return 0.5 * SOFT * min(power, SOFTEST) ** 2 if power > SINE else 0.0
-
-
-@kernel
-def _later_by_jump(power):
-    """How much later than in the family a rise begins that may begin with a jump, by half [edges].
-
-    From the logarithm of the power.
-    """
-    steep = max(-power - SINE, 0.0)
-    return STEP * min(steep / STEEP_FROM, 1.0) * max(1.0 - steep / STEEP_TO, 0.0)
-
-
-@kernel
-def _earlier_by_foot(late):
-    """How much earlier than in the family a fall of a warp `late` ends, by half [edges]."""
-    return FOOT * min(max(-math.log(late), 0.0), LONGEST_FOOT) ** 3
-
-
-@kernel
-def _earlier_by_lean(warp):
-    """How much earlier than in the family a pulse with such edges begins, by half [lengths]."""
-    return -LEAN * math.log(warp.early * warp.late)
 
 
 @kernel
@@ -253,11 +206,10 @@ def _length(row):
     return parts.rise + parts.flat + parts.fall
 
 
-@allocating
+@kernel
 def _mean_edges(rows, alike):
-    """Mean shares of rise and fall in the lengths of pulses, powers of the edges, and warp."""
+    """Mean shares of rise and fall in the lengths of pulses, and the powers of both edges."""
     rise = fall = early = late = total = 0.0
-    mean = np.zeros(WIDER)
     for k in alike:
         p, height = rows[k, FIT + NOW :], rows[k, 2]
         parts = parts_of(p)
@@ -267,11 +219,5 @@ def _mean_edges(rows, alike):
         fall += one * parts.fall / length
         early += one * (p[POWER] + p[POWERS])
         late += one * (p[POWER] - p[POWERS])
-        for m in range(WIDER):
-            mean[m] += one * p[m]
         total += one
-    for m in range(WIDER):
-        mean[m] /= total
-    warp = warp_of(mean, mean[POWERS])
-    early, late = math.exp(early / total), math.exp(late / total)
-    return rise / total, fall / total, early, late, warp
+    return rise / total, fall / total, math.exp(early / total), math.exp(late / total)

@@ -4,11 +4,10 @@ The samples of all clear pulses, over their heights, are added up in short stret
 from the start of their fits over the length of the rise, or from their end backwards over that of
 the fall. With s = v - v0 beyond the touch v0, the mean edge is taken as
 
-    a w^q (1 + b s + c s^2),    w = s / (1 + (e - 1) s)
+    a s^q (1 + b s + c s^2)
 
-up to LEVEL of the height, with normal priors on ln a, ln q, b and c about the fitted edge, whose
-warp is e, and on v0 about where it is expected: a maximum a posteriori, by the method of Levenberg
-and Marquardt.
+up to LEVEL of the height, with normal priors on ln a, ln q, b and c about the fitted edge, and on
+v0 about where it is expected: a maximum a posteriori, by the method of Levenberg and Marquardt.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ from ._common_rest import EXACT, is_clear
 
 STRETCHES, FIRST, LAST = 150, -0.5, 1.0
 """How many, and from where to where [edges]."""
-LEVEL, MOST = 0.6, 0.6
-"""Height, and part of the edge, up to which it is looked at."""
+LEVEL = 0.6
+"""Height up to which an edge is looked at."""
 TERMS = 5
 ABOUT = np.array([0.0, 0.5, 0.3, 0.5, 0.7])
 """Standard deviations of v0, which is given, ln a, ln q, b and c."""
@@ -35,8 +34,6 @@ ROUNDS, ENOUGH = 30, 1e-3
 """Steps at most, and a gain that ends them."""
 BEGINS, FARTHEST = (0.0, -1.0, 1.0), 0.25
 """Where the touch is looked for first, in what it is expected to be off, and no farther [edges]."""
-LEAST = 0.05
-"""Of 1 + (e - 1) s, which would be 0 beyond the edge."""
 STEEPEST, LONGEST = 30.0, 0.3
 """Slope [heights an edge], which has no bound where q < 1, and step in one parameter."""
 
@@ -74,7 +71,7 @@ def add_edges(rows, alike, x, origin, rise, fall, edges):
 
 
 @kernel
-def _evaluate(p, about, v, y, w, warp, normal):
+def _evaluate(p, about, v, y, w, normal):
     """Cost of the edge `p`; its normal equations go into `normal` (TERMS x TERMS + 1)."""
     for i in range(TERMS):
         for j in range(TERMS + 1):
@@ -86,12 +83,11 @@ def _evaluate(p, about, v, y, w, warp, normal):
         if s <= 0.0:
             misfit += w[k] * y[k] * y[k]
             continue
-        left = max(1.0 + (warp - 1.0) * s, LEAST)
-        power, bent = a * (s / left) ** q, 1.0 + s * (p[3] + s * p[4])
+        power, bent = a * s**q, 1.0 + s * (p[3] + s * p[4])
         f = power * bent
-        slope = power / s * (q / left * bent + s * (p[3] + 2.0 * s * p[4]))
+        slope = power / s * (q * bent + s * (p[3] + 2.0 * s * p[4]))
         j0, j1 = -min(max(slope, -STEEPEST), STEEPEST), f
-        j2, j3, j4 = f * q * math.log(s / left), power * s, power * s * s
+        j2, j3, j4 = f * q * math.log(s), power * s, power * s * s
         e, one = y[k] - f, w[k]
         misfit += one * e * e
         normal[0, 0] += one * j0 * j0
@@ -126,9 +122,9 @@ def _evaluate(p, about, v, y, w, warp, normal):
 @kernel
 def _descend(p, seen, room):
     """Move the edge `p` to the least cost near by, in place; the misfit and the cost there."""
-    about, v, y, w, warp = seen
+    about, v, y, w = seen
     trial, step, low, here, there = room
-    misfit, cost = _evaluate(p, about, v, y, w, warp, here)
+    misfit, cost = _evaluate(p, about, v, y, w, here)
     damping = 1e-2
     for _ in range(ROUNDS):
         for i in range(TERMS):
@@ -140,7 +136,7 @@ def _descend(p, seen, room):
             solve(low, step)
             for i in range(TERMS):
                 trial[i] = p[i] + min(max(step[i], -LONGEST), LONGEST)
-            new_misfit, new_cost = _evaluate(trial, about, v, y, w, warp, there)
+            new_misfit, new_cost = _evaluate(trial, about, v, y, w, there)
             if new_cost < cost:
                 gain = cost - new_cost
                 for i in range(TERMS):
@@ -159,7 +155,7 @@ def _descend(p, seen, room):
 
 
 @allocating
-def read_touch(edge, power, warp, expected, spread):
+def read_touch(edge, power, expected, spread):
     """Where the touch of a mean edge lies from that of the fitted one, and the variance [edges].
 
     And by how much the logarithm of its power is less than that of the fitted edge.
@@ -168,13 +164,12 @@ def read_touch(edge, power, warp, expected, spread):
     ----------
     edge : array (STRETCHES, 3)
         As `add_edges` fills it.
-    power, warp : float
-        Of the fitted edge: q, and the c of its warp.
+    power : float
+        Of the fitted edge.
     expected, spread : float
         Where the touch is expected, and the standard deviation about that.
     """
     end = 2.0 / math.pi * math.asin(LEVEL ** (1.0 / power))
-    end = min(end / (warp + (1.0 - warp) * end), MOST)
     v, y, w = np.empty(STRETCHES), np.empty(STRETCHES), np.empty(STRETCHES)
     count = 0
     for b in range(STRETCHES):
@@ -183,12 +178,12 @@ def read_touch(edge, power, warp, expected, spread):
             v[count], y[count], w[count] = edge[b, 1] / one, edge[b, 2] / one, one
             count += 1
     about = np.zeros((2, TERMS))
-    about[0, 1], about[0, 2] = power * math.log(0.5 * math.pi * warp), math.log(power)
+    about[0, 1], about[0, 2] = power * math.log(0.5 * math.pi), math.log(power)
     about[0, 4] = -0.4 * power
     about[0, 0] = expected
     about[1, :] = ABOUT
     about[1, 0] = spread
-    seen = (about, v[:count], y[:count], w[:count], warp)
+    seen = (about, v[:count], y[:count], w[:count])
     low, inverse = np.empty((TERMS, TERMS)), np.empty((TERMS, TERMS))
     here, there = np.empty((TERMS, TERMS + 1)), np.empty((TERMS, TERMS + 1))
     room = (np.empty(TERMS), np.empty(TERMS), low, here, there)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
-from .._model import FLAT, LENGTH, POWER, POWERS, SKEW, START, WIDER, parts_of
+from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
 from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import (
     BESIDE,
@@ -59,8 +59,8 @@ LEAST = 5
 """Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses."""
-POWER_SEEN, POWERS_SEEN = 0.4, 0.25
-"""How far from there powers may be (APART) where clear pulses show them; faint ones tell them from
+POWER_SEEN = 0.4
+"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
 the length too badly."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
@@ -159,14 +159,14 @@ def _share_family(rows, x, origin, timed, told):
             edges[i] = rows[alike[i], FIT + EDGE]
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
         if len(clear) >= LEAST:
-            about[1, POWER - SKEW], about[1, POWERS - SKEW] = POWER_SEEN, POWERS_SEEN
+            about[1, POWER - SKEW] = POWER_SEEN
         shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
-        if not steep:
+        if not missed and not steep:
             room = make_room()
             linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
-            if not missed and len(clear) >= LEAST:
+            if len(clear) >= LEAST:
                 _, left, error = common_rest(rows, clear, x, origin, room)
                 absorbed = max(1.0 - BY_SHARED / length, FEWEST)
         mean, spread, learnt = shape.mean, shape.spread, shape.told
@@ -189,11 +189,7 @@ def _share_missed(
     if len(alike) >= LEAST:
         shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
-            early, late = _held(shape.mean, 1.0), _held(shape.mean, -1.0)
-            about[0, POWER - SKEW], about[0, POWERS - SKEW] = (
-                0.5 * (early + late),
-                0.5 * (early - late),
-            )
+            about[0, POWER - SKEW] = _held(shape.mean)
             before = np.empty(len(clear))
             for _ in range(CLEAR_ROUNDS):
                 rest = common_rest(rows, clear, x, origin, room)[0]
@@ -211,14 +207,16 @@ def _share_missed(
             for _ in range(MISSED_ROUNDS):
                 linearize_with(rows, alike, x, origin, rest, room)
                 shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
+        elif not steep:
+            linearize_anew(rows, alike, x, origin, room)
+            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
         for k in range(len(learnt)):
             for m in range(SHAPES):
                 learnt[k, m] = shape.told[k, m]
     _learn(learnt, told)
     rest, held, error = common_rest(rows, clear, x, origin, room)
     held = max(held - DOUBT * error, 0.0) if shown else 0.0
-    power = mean[POWER - SKEW] + mean[POWERS - SKEW]
-    correct_misfit(rows, alike, x, origin, left, held, rest, power, timed)
+    correct_misfit(rows, alike, x, origin, left, held, rest, timed)
 
 
 @kernel
@@ -295,16 +293,14 @@ def _clear(rows, alike):
 
 
 @kernel
-def _held(mean, side):
-    """Logarithm of the power at which an edge is held while the rest of the shape is sought.
-
-    Of the rise, or for a `side` of -1 of the fall.
+def _held(mean):
+    """Power at which the edges of the family are held while the rest of the shape is sought.
 
     That of soft edges is as fitted; a steep foot would bind an instant to a sample, and where there
     is a flat top its corners are taken for softness.
     """
     flat = max(BRIEF * (math.exp(mean[FLAT - SKEW]) - 1.0), 0.0)
-    return max(mean[POWER - SKEW] + side * mean[POWERS - SKEW], 0.0) * max(1.0 - flat, 0.0)
+    return max(mean[POWER - SKEW], 0.0) * max(1.0 - flat, 0.0)
 
 
 @kernel
