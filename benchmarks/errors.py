@@ -15,6 +15,7 @@ seconds there are, the more z-scores lie outside by chance.
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
     python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
     python -m benchmarks.errors --shapes laws       # contacts integrated from laws of force
+    python -m benchmarks.errors --shapes strangers  # what neither the family nor a law makes
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ import impactsig
 
 from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
+from .strangers import STRANGERS
 
 RESULTS = Path(__file__).parent / "results"
 RATES = (20_000.0, 50_000.0, 200_000.0)
@@ -41,8 +43,8 @@ OTHERS = {
     "skewed late": lambda u: np.sin(np.pi * u**1.3),
     "skewed early": lambda u: np.sin(np.pi * u**0.6),
 }
-GROUPS = {"recordings": PULSES, "others": OTHERS, "laws": LAWS}
-SHAPES = PULSES | OTHERS | LAWS
+GROUPS = {"recordings": PULSES, "others": OTHERS, "laws": LAWS, "strangers": STRANGERS}
+SHAPES = PULSES | OTHERS | LAWS | STRANGERS
 MEASURED = ("time", "contact_time", "peak", "impulse")
 LEAST, MOST = 0.8, 1.25
 """What a z-score should have for its standard deviation."""
