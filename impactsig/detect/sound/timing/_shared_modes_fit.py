@@ -5,7 +5,9 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
+import copy
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +44,8 @@ DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are,
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
 STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
+LOUD = 16  # sounds, the loudest, that filters are compared by
+BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
 
@@ -105,7 +109,7 @@ class Projected:
     sounds: np.ndarray  # these
     first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray  # (sounds, 3, shifts)
+    whole: np.ndarray | None  # (sounds, 3, shifts); none if the origins are given
     begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
@@ -171,6 +175,18 @@ class Model:
             len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
         )
 
+    def projected_there(self, held: Projected, most: int) -> Projected:
+        """The loudest of sounds that have an origin by another model, for a fit about the same."""
+        there = np.flatnonzero(held.begins >= 0)
+        if len(there) > most:
+            there = np.sort(there[np.argsort(-held.energy_there[there], kind="stable")[:most]])
+        sounds, begins = held.sounds[there], held.begins[there]
+        energy, fine = self._projections(sounds, begins, self.fine[0])
+        which = held.which[there]
+        return Projected(
+            held.count, which, sounds, held.first[there], energy, None, begins, energy, fine
+        )
+
     def fit_projected(self, held: Projected) -> np.ndarray:
         """The fit of sounds that are projected on this model."""
         fits = np.full((held.count, 3), np.nan)
@@ -234,6 +250,8 @@ class Model:
         It is the one that puts the most probable start at its origin; what starts that are not
         near to that add to the variance.
         """
+        if held.whole is None:
+            return np.arange(len(held.begins)), held.begins, np.zeros(len(held.begins))
         basis, gram = self.whole
         shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
         floor = self.noise, self.error
@@ -306,24 +324,21 @@ def chosen_model(
     """
     some, near = sounds[few], guess[few]
 
-    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+    def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
         model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
-        return model, model.projected(some, near)
+        return model
 
-    def learned(
-        exponents: np.ndarray, response: np.ndarray | None, beaten: float = -np.inf
-    ) -> tuple[Model, Projected]:
-        model, held = projected(exponents, response)
-        model.learn(held, EXACT, beaten)
-        return model, held
+    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+        model = behind(exponents, response)
+        return model, model.projected(some, near)
 
     choices, folded = shared_exponents(sounds, guess, noise, rate)
     if not choices:
         return None
     first, *others = choices
-    common, *rare = responses()
-    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, common))
+    widest, *narrower = responses()
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, widest))
     both = (model, held), (bare, by_bare)
     if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
         return None
@@ -338,24 +353,62 @@ def chosen_model(
     unfiltered = bare.evidence
     if model.evidence < unfiltered - CERTAIN:
         return None
-    tried = [(model, held, common)]
-    rank = LIKELY if others or folded else 1  # how many are of use
-    for response in rare:
-        beaten = tried[rank - 1][0].evidence if len(tried) >= rank else -np.inf
-        tried.append((*learned(first, response, beaten), response))
-        tried.sort(key=lambda item: -item[0].evidence)
-    likely = [response for _, _, response in tried[:LIKELY]]
-    best, best_held, _ = tried[0]
     for exponents in others:
-        unfiltered = max(unfiltered, learned(exponents, None)[0].evidence)
-    for exponents in (*others, *folded):
-        for response in likely:
-            model, held = learned(exponents, response)
-            if model.evidence > best.evidence:
-                best, best_held = model, held
-            elif model.evidence < best.evidence - CERTAIN:
-                break
-    if best.evidence <= unfiltered - DOUBT:
-        return None
-    best.learn(best_held, ROUGH)
+        other, by_other = projected(exponents, None)
+        other.learn(by_other, EXACT)
+        unfiltered = max(unfiltered, other.evidence)
+    best = _most_probable(behind, choices, folded, model, held)
+    if best is not model:
+        held = best.projected(some, near)
+    # What is as probable as a model that is probable enough needs no further proof.
+    if model.evidence <= unfiltered - DOUBT:
+        if best is not model:
+            best.learn(held, EXACT)
+        if best.evidence <= unfiltered - DOUBT:
+            return None
+    best.learn(held, ROUGH)
     return best
+
+
+def _most_probable(
+    behind: Callable[[np.ndarray, np.ndarray], Model],
+    choices: list[np.ndarray],
+    folded: list[np.ndarray],
+    model: Model,
+    held: Projected,
+) -> Model:
+    """The model with the filter and the modes under which the loudest sounds are most probable.
+
+    All are compared about the origins by a model of the widest filter and the first choice. The
+    filters after the slope are narrower and narrower: there is one maximum.
+    """
+    widest, slope, *narrower = responses()
+    own = copy.copy(model)
+    own.learn(own.projected_there(held, LOUD), EXACT)
+    tried = [(own, widest)]
+    rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
+
+    def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
+        other = behind(exponents, response)
+        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
+        return other
+
+    beaten = -np.inf
+    for response in (slope, *narrower):
+        other = learned(choices[0], response, beaten)
+        tried.append((other, response))
+        tried.sort(key=lambda item: -item[0].evidence)
+        if len(tried) >= rank:
+            beaten = tried[rank - 1][0].evidence
+        if response is not slope and other.evidence < beaten - BEHIND:
+            break
+    likely = [response for _, response in tried[:LIKELY]]
+    best = tried[0][0]
+    for exponents in (*choices[1:], *folded):
+        for response in likely:
+            other = learned(exponents, response)
+            if other.evidence > best.evidence:
+                best = other
+            elif other.evidence < best.evidence - CERTAIN:
+                break
+    return model if best is own else best
