@@ -280,7 +280,7 @@ def test_sounds_that_are_hardly_numbers_have_no_exponents():
 @pytest.mark.parametrize(("count", "size"), [(1, 3), (70, 41), (33, 16)])
 def test_projections_are_products_with_the_basis(count, size):
     rng = np.random.default_rng(13)
-    sounds, basis = rng.standard_normal((count, 80)), rng.standard_normal((5, 6, size))
+    sounds, basis = rng.standard_normal((count, 80)), rng.standard_normal((5, 8, size))
     first = rng.integers(0, 80 - size + 1, count)
     energy, found = np.empty(count), np.empty((count, 3, 5))
     project(sounds, first, basis, energy, found)

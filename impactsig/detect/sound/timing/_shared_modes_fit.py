@@ -46,6 +46,7 @@ STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and b
 LIKELY = 3  # filters that are tried with more than one choice of modes
 LOUD = 16  # sounds, the loudest, that filters are compared by
 BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
+ALONE = 1e-12  # least share of the modes that the last of lagged samples leaves
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
 
@@ -64,33 +65,17 @@ def shared_exponents(
     """
     from scipy import linalg
 
-    skip, size = (round(t * rate) for t in RING)
-    width = size // 2
-    rows = size - width + 1
-    total = np.zeros((width, width))  # its upper half
-    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
-    first = guess[there].astype(int) + skip
-    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
-    floor = 0.0
-    if len(there):
-        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
-        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
+    total, floor = _rings(sounds, guess, noise, rate)
     # This driver keeps to one thread: those of numpy's spin for longer than it takes.
     value, vectors = linalg.eigh(total, lower=False, driver="evr")
-    choices: dict[int, np.ndarray] = {}
-    for share in WEAKEST:
-        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
-        if count > min(MOST_POLES, SPARSE * width):
-            break
-        beside = float(np.sum(value[: width - count])) - floor * (width - count)
-        if not choices and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
-            break
-        if count and count not in choices:
-            common = vectors[:, -count:]
-            turn = np.linalg.lstsq(common[:-1], common[1:], rcond=None)[0]
-            poles = np.linalg.eigvals(turn).astype(complex)
-            lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
-            choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
+    choices = {}
+    for count in _counts(value, floor):
+        common, last = vectors[:-1, -count:], vectors[-1, -count:]
+        turn = common.T @ vectors[1:, -count:]  # (common' common)^-1 times this, by one row
+        turn += np.outer(last, last @ turn) / max(1.0 - last @ last, ALONE)
+        poles = np.linalg.eigvals(turn).astype(complex)
+        lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
+        choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
     folded = []
     for exponents in choices.values():
         high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
@@ -98,6 +83,48 @@ def shared_exponents(
             above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
             folded.append(np.where(high, above, exponents))
     return [choice for choice in choices.values() if len(choice)], folded
+
+
+def may_share(sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float) -> bool:
+    """Whether eigenvalues leave a choice of modes that these sounds share."""
+    from scipy import linalg
+
+    total, floor = _rings(sounds, guess, noise, rate)
+    value = linalg.eigh(total, lower=False, driver="evr", eigvals_only=True)
+    return bool(_counts(value, floor))
+
+
+def _rings(
+    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
+) -> tuple[np.ndarray, float]:
+    """The upper half of the sum of all H'H / |y|^2, and what noise adds to each eigenvalue."""
+    skip, size = (round(t * rate) for t in RING)
+    width = size // 2
+    rows = size - width + 1
+    total = np.zeros((width, width))
+    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
+    first = guess[there].astype(int) + skip
+    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
+    floor = 0.0
+    if len(there):
+        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
+        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
+    return total, floor
+
+
+def _counts(value: np.ndarray, floor: float) -> list[int]:
+    """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
+    width, counts = len(value), []
+    for share in WEAKEST:
+        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
+        if count > min(MOST_POLES, SPARSE * width):
+            break
+        beside = float(np.sum(value[: width - count])) - floor * (width - count)
+        if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
+            break
+        if count and count not in counts:
+            counts.append(count)
+    return counts
 
 
 @dataclass
@@ -337,8 +364,7 @@ def chosen_model(
     if not choices:
         return None
     first, *others = choices
-    widest, *narrower = responses()
-    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, widest))
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, responses()[0]))
     both = (model, held), (bare, by_bare)
     if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
         return None
