@@ -419,22 +419,28 @@ def _most_probable(
         other.learn(other.projected_there(held, LOUD), EXACT, beaten)
         return other
 
+    def less(item: tuple[Model, np.ndarray]) -> float:
+        return -item[0].evidence
+
     beaten = -np.inf
     for response in (slope, *narrower):
         other = learned(choices[0], response, beaten)
         tried.append((other, response))
-        tried.sort(key=lambda item: -item[0].evidence)
+        tried.sort(key=less)
         if len(tried) >= rank:
             beaten = tried[rank - 1][0].evidence
         if response is not slope and other.evidence < beaten - BEHIND:
             break
-    likely = [response for _, response in tried[:LIKELY]]
-    best = tried[0][0]
+    likely = tried[:LIKELY]
     for exponents in (*choices[1:], *folded):
-        for response in likely:
+        most = likely[0][0].evidence
+        for i, (before, response) in enumerate(likely):
             other = learned(exponents, response)
-            if other.evidence > best.evidence:
-                best = other
-            elif other.evidence < best.evidence - CERTAIN:
+            if other.evidence > before.evidence:
+                likely[i] = other, response
+            most = max(most, other.evidence)
+            if other.evidence < most - CERTAIN:
                 break
+        likely.sort(key=less)  # what other modes tell of a filter counts for the next
+    best = likely[0][0]
     return model if best is own else best
