@@ -114,7 +114,8 @@ def _rings(
 
 def _counts(value: np.ndarray, floor: float) -> list[int]:
     """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
-    width, counts = len(value), []
+    width = len(value)
+    counts: list[int] = []
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
         if count > min(MOST_POLES, SPARSE * width):
@@ -136,7 +137,7 @@ class Projected:
     sounds: np.ndarray  # these
     first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray | None  # (sounds, 3, shifts); none if the origins are given
+    whole: np.ndarray  # (sounds, 3, shifts); no shifts if origins are given
     begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
@@ -209,10 +210,8 @@ class Model:
             there = np.sort(there[np.argsort(-held.energy_there[there], kind="stable")[:most]])
         sounds, begins = held.sounds[there], held.begins[there]
         energy, fine = self._projections(sounds, begins, self.fine[0])
-        which = held.which[there]
-        return Projected(
-            held.count, which, sounds, held.first[there], energy, None, begins, energy, fine
-        )
+        which, first, whole = held.which[there], held.first[there], np.empty((len(there), 3, 0))
+        return Projected(held.count, which, sounds, first, energy, whole, begins, energy, fine)
 
     def fit_projected(self, held: Projected) -> np.ndarray:
         """The fit of sounds that are projected on this model."""
@@ -277,7 +276,7 @@ class Model:
         It is the one that puts the most probable start at its origin; what starts that are not
         near to that add to the variance.
         """
-        if held.whole is None:
+        if not held.whole.shape[2]:
             return np.arange(len(held.begins)), held.begins, np.zeros(len(held.begins))
         basis, gram = self.whole
         shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
