@@ -343,7 +343,7 @@ def chosen_model(
     heard: float,
     unlike: float,
 ) -> Model | None:
-    """The model with the filter under which a few of these sounds are most probable.
+    """The model with the filter under which the loudest of a few of these sounds are most probable.
 
     None if they share no modes, or are more probable without any filter. `unlike` is the share of
     the energy that the modes of sounds that share them leave at most.
