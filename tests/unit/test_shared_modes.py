@@ -79,6 +79,13 @@ def test_scatter_behind_common_decimators(rate, decimator, noise, most, modes):
         assert 0.5 < np.sqrt(np.mean(scaled**2)) < 1.6
 
 
+def test_folded_modes_are_tried_behind_the_filter_that_other_modes_favour():
+    # By the strong modes two filters are equally probable; only one of them fits a folded mode.
+    truth = band_limited(11_025, "resample_poly", 49.0, 15_101, modes=MODES["sample"])
+    _, off = learned(truth)
+    assert 1e6 * np.std(off) < 20  # 46 behind the other
+
+
 @pytest.mark.parametrize("rate", [8000, 11_025, 16_000, 22_050])
 def test_a_record_without_a_filter_keeps_its_attacks(rate):
     truth = band_limited(rate, "", 49.0, 202, modes=MODES["sample"], count=60)

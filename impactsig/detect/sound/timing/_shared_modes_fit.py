@@ -5,7 +5,9 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
+import copy
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +44,9 @@ DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are,
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
 STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
+LOUD = 16  # sounds, the loudest, that filters are compared by
+BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
+ALONE = 1e-12  # least share of the modes that the last of lagged samples leaves
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
 
@@ -60,33 +65,17 @@ def shared_exponents(
     """
     from scipy import linalg
 
-    skip, size = (round(t * rate) for t in RING)
-    width = size // 2
-    rows = size - width + 1
-    total = np.zeros((width, width))  # its upper half
-    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
-    first = guess[there].astype(int) + skip
-    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
-    floor = 0.0
-    if len(there):
-        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
-        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
+    total, floor = _rings(sounds, guess, noise, rate)
     # This driver keeps to one thread: those of numpy's spin for longer than it takes.
     value, vectors = linalg.eigh(total, lower=False, driver="evr")
-    choices: dict[int, np.ndarray] = {}
-    for share in WEAKEST:
-        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
-        if count > min(MOST_POLES, SPARSE * width):
-            break
-        beside = float(np.sum(value[: width - count])) - floor * (width - count)
-        if not choices and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
-            break
-        if count and count not in choices:
-            common = vectors[:, -count:]
-            turn = np.linalg.lstsq(common[:-1], common[1:], rcond=None)[0]
-            poles = np.linalg.eigvals(turn).astype(complex)
-            lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
-            choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
+    choices = {}
+    for count in _counts(value, floor):
+        common, last = vectors[:-1, -count:], vectors[-1, -count:]
+        turn = common.T @ vectors[1:, -count:]  # (common' common)^-1 times this, by one row
+        turn += np.outer(last, last @ turn) / max(1.0 - last @ last, ALONE)
+        poles = np.linalg.eigvals(turn).astype(complex)
+        lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
+        choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
     folded = []
     for exponents in choices.values():
         high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
@@ -94,6 +83,49 @@ def shared_exponents(
             above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
             folded.append(np.where(high, above, exponents))
     return [choice for choice in choices.values() if len(choice)], folded
+
+
+def may_share(sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float) -> bool:
+    """Whether eigenvalues leave a choice of modes that these sounds share."""
+    from scipy import linalg
+
+    total, floor = _rings(sounds, guess, noise, rate)
+    value = linalg.eigh(total, lower=False, driver="evr", eigvals_only=True)
+    return bool(_counts(value, floor))
+
+
+def _rings(
+    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
+) -> tuple[np.ndarray, float]:
+    """The upper half of the sum of all H'H / |y|^2, and what noise adds to each eigenvalue."""
+    skip, size = (round(t * rate) for t in RING)
+    width = size // 2
+    rows = size - width + 1
+    total = np.zeros((width, width))
+    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
+    first = guess[there].astype(int) + skip
+    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
+    floor = 0.0
+    if len(there):
+        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
+        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
+    return total, floor
+
+
+def _counts(value: np.ndarray, floor: float) -> list[int]:
+    """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
+    width = len(value)
+    counts: list[int] = []
+    for share in WEAKEST:
+        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
+        if count > min(MOST_POLES, SPARSE * width):
+            break
+        beside = float(np.sum(value[: width - count])) - floor * (width - count)
+        if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
+            break
+        if count and count not in counts:
+            counts.append(count)
+    return counts
 
 
 @dataclass
@@ -105,7 +137,7 @@ class Projected:
     sounds: np.ndarray  # these
     first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray  # (sounds, 3, shifts)
+    whole: np.ndarray  # (sounds, 3, shifts); no shifts if origins are given
     begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
@@ -171,6 +203,16 @@ class Model:
             len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
         )
 
+    def projected_there(self, held: Projected, most: int) -> Projected:
+        """The loudest of sounds that have an origin by another model, for a fit about the same."""
+        there = np.flatnonzero(held.begins >= 0)
+        if len(there) > most:
+            there = np.sort(there[np.argsort(-held.energy_there[there], kind="stable")[:most]])
+        sounds, begins = held.sounds[there], held.begins[there]
+        energy, fine = self._projections(sounds, begins, self.fine[0])
+        which, first, whole = held.which[there], held.first[there], np.empty((len(there), 3, 0))
+        return Projected(held.count, which, sounds, first, energy, whole, begins, energy, fine)
+
     def fit_projected(self, held: Projected) -> np.ndarray:
         """The fit of sounds that are projected on this model."""
         fits = np.full((held.count, 3), np.nan)
@@ -234,6 +276,8 @@ class Model:
         It is the one that puts the most probable start at its origin; what starts that are not
         near to that add to the variance.
         """
+        if not held.whole.shape[2]:
+            return np.arange(len(held.begins)), held.begins, np.zeros(len(held.begins))
         basis, gram = self.whole
         shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
         floor = self.noise, self.error
@@ -299,31 +343,27 @@ def chosen_model(
     heard: float,
     unlike: float,
 ) -> Model | None:
-    """The model with the filter under which a few of these sounds are most probable.
+    """The model with the filter under which the loudest of a few of these sounds are most probable.
 
     None if they share no modes, or are more probable without any filter. `unlike` is the share of
     the energy that the modes of sounds that share them leave at most.
     """
     some, near = sounds[few], guess[few]
 
-    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+    def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
         model = modes_behind(exponents, response, taps, rate, heard)
         model.noise = noise
-        return model, model.projected(some, near)
+        return model
 
-    def learned(
-        exponents: np.ndarray, response: np.ndarray | None, beaten: float = -np.inf
-    ) -> tuple[Model, Projected]:
-        model, held = projected(exponents, response)
-        model.learn(held, EXACT, beaten)
-        return model, held
+    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+        model = behind(exponents, response)
+        return model, model.projected(some, near)
 
     choices, folded = shared_exponents(sounds, guess, noise, rate)
     if not choices:
         return None
     first, *others = choices
-    common, *rare = responses()
-    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, common))
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, responses()[0]))
     both = (model, held), (bare, by_bare)
     if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
         return None
@@ -338,24 +378,68 @@ def chosen_model(
     unfiltered = bare.evidence
     if model.evidence < unfiltered - CERTAIN:
         return None
-    tried = [(model, held, common)]
-    rank = LIKELY if others or folded else 1  # how many are of use
-    for response in rare:
-        beaten = tried[rank - 1][0].evidence if len(tried) >= rank else -np.inf
-        tried.append((*learned(first, response, beaten), response))
-        tried.sort(key=lambda item: -item[0].evidence)
-    likely = [response for _, _, response in tried[:LIKELY]]
-    best, best_held, _ = tried[0]
     for exponents in others:
-        unfiltered = max(unfiltered, learned(exponents, None)[0].evidence)
-    for exponents in (*others, *folded):
-        for response in likely:
-            model, held = learned(exponents, response)
-            if model.evidence > best.evidence:
-                best, best_held = model, held
-            elif model.evidence < best.evidence - CERTAIN:
-                break
-    if best.evidence <= unfiltered - DOUBT:
-        return None
-    best.learn(best_held, ROUGH)
+        other, by_other = projected(exponents, None)
+        other.learn(by_other, EXACT)
+        unfiltered = max(unfiltered, other.evidence)
+    best = _most_probable(behind, choices, folded, model, held)
+    if best is not model:
+        held = best.projected(some, near)
+    # What is as probable as a model that is probable enough needs no further proof.
+    if model.evidence <= unfiltered - DOUBT:
+        if best is not model:
+            best.learn(held, EXACT)
+        if best.evidence <= unfiltered - DOUBT:
+            return None
+    best.learn(held, ROUGH)
     return best
+
+
+def _most_probable(
+    behind: Callable[[np.ndarray, np.ndarray], Model],
+    choices: list[np.ndarray],
+    folded: list[np.ndarray],
+    model: Model,
+    held: Projected,
+) -> Model:
+    """The model with the filter and the modes under which the loudest sounds are most probable.
+
+    All are compared about the origins by a model of the widest filter and the first choice. The
+    filters after the slope are narrower and narrower: there is one maximum.
+    """
+    widest, slope, *narrower = responses()
+    own = copy.copy(model)
+    own.learn(own.projected_there(held, LOUD), EXACT)
+    tried = [(own, widest)]
+    rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
+
+    def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
+        other = behind(exponents, response)
+        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
+        return other
+
+    def less(item: tuple[Model, np.ndarray]) -> float:
+        return -item[0].evidence
+
+    beaten = -np.inf
+    for response in (slope, *narrower):
+        other = learned(choices[0], response, beaten)
+        tried.append((other, response))
+        tried.sort(key=less)
+        if len(tried) >= rank:
+            beaten = tried[rank - 1][0].evidence
+        if response is not slope and other.evidence < beaten - BEHIND:
+            break
+    likely = tried[:LIKELY]
+    for exponents in (*choices[1:], *folded):
+        most = likely[0][0].evidence
+        for i, (before, response) in enumerate(likely):
+            other = learned(exponents, response)
+            if other.evidence > before.evidence:
+                likely[i] = other, response
+            most = max(most, other.evidence)
+            if other.evidence < most - CERTAIN:
+                break
+        likely.sort(key=less)  # what other modes tell of a filter counts for the next
+    best = likely[0][0]
+    return model if best is own else best

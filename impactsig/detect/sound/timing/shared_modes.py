@@ -31,7 +31,7 @@ import numpy as np
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._nearby import middle
 from ._edge import high_pass, whitening
-from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, shared_exponents
+from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, may_share
 from ._shared_modes_kernels import abruptness, crossings, high_passed
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
@@ -43,6 +43,7 @@ SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
 LEARN = 256  # impacts that modes are learned from
 CHOOSE = 64  # of them that the filter is chosen by
+SOME = 32  # of these that show whether modes may be shared at all
 UNLIKE = 0.03  # fraction of the energy that shared modes leave in the median, apart from noise
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
@@ -144,7 +145,7 @@ class SharedModes:
             usable = waves[which]
             few = np.linspace(0, len(usable) - 1, min(CHOOSE, len(usable))).astype(int)
             # Sounds that share nothing usually show it by a few.
-            alike = len(few) == len(usable) or self._choices(usable[few])
+            alike = len(few) == len(usable) or self._may_share(usable[few[:: CHOOSE // SOME]])
             if not alike and not self._by_crossings(usable):
                 self.found.append(timed)
                 return
@@ -164,12 +165,12 @@ class SharedModes:
         """Whether crossings are better than attacks where there is no model."""
         return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
-    def _choices(self, waves: np.ndarray) -> bool:
-        """Whether these sounds leave any choice of shared modes."""
+    def _may_share(self, waves: np.ndarray) -> bool:
+        """Whether these sounds may share modes."""
         plain = self._filtered(waves, self.taps)
         guess = self._crossed(plain)[:, 0]
         sounds, noise = self._whitened(waves, plain)
-        return bool(shared_exponents(sounds, guess, noise, self.rate)[0])
+        return may_share(sounds, guess, noise, self.rate)
 
     def _model(
         self, waves: np.ndarray, few: np.ndarray, plain: np.ndarray, guess: np.ndarray
