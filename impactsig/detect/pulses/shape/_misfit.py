@@ -25,9 +25,6 @@ OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
 COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
 """Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
 clear pulses, or so many, which begin anywhere between two samples."""
-OUTWARD, ROUND = 0.04, 0.35
-"""Samples that it is read outside the pulse in the mean, where the edge begins with a kink; none
-where it is soft, of a power whose logarithm is so much."""
 UNSEEN, UNSEEN_FLAT = 0.075, 0.25
 """Of a sample, over the samples of an edge: how far off its touch is where no misfit shows, and
 where the pulse has a flat top: where an edge of few samples turns into that is not seen."""
@@ -84,7 +81,6 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     late_off = math.hypot(OFF_END * r / fall, SOFTER * softer)
     start, start_variance, rises = read_touch(edges[0], early, soft, early_off)
     end, end_variance, falls = read_touch(edges[1], late, softer, late_off)
-    inward, back = _outward(early), _outward(late)
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
@@ -97,12 +93,12 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     for k in alike:
         row = rows[k]
         contact = row[1] if timed else _length(row)
-        row[0] = max(row[0] + start * contact + inward, 0.0)
+        row[0] = max(row[0] + start * contact, 0.0)
         row[ERRORS] = math.sqrt(row[ERRORS] ** 2 + start_variance * contact**2)
         if early > STEEP or rise * _length(row) > FEW:
             row[SHARED] = math.sqrt(row[SHARED] ** 2 + start_variance * contact**2)
         if timed:
-            row[1] += (end - start) * contact - inward - back
+            row[1] += (end - start) * contact
             more = (start_variance + end_variance) * contact**2
             row[ERRORS + 1] = math.sqrt(row[ERRORS + 1] ** 2 + more)
         length = _length(row)
@@ -153,12 +149,6 @@ def _later(power):
     From the logarithm of the power. It is the error of that, too.
     """
     return 0.5 * SOFT * min(power, SOFTEST) ** 2 if power > SINE else 0.0
-
-
-@kernel
-def _outward(power):
-    """How far outside the pulse a touch with a misfit is read in the mean [samples]."""
-    return OUTWARD * min(max(1.0 - math.log(power) / ROUND, 0.0), 1.0)
 
 
 @kernel
