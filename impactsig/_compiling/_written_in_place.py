@@ -65,12 +65,12 @@ _TYPED: dict[Any, Callable[..., Any]] = {
 
 
 # numba asks for these only where a signature from here is in force.
-@lower_builtin(min, types.VarArg(types.Number))
+@lower_builtin(min, _kinds.VarArg(types.Number))
 def _write_least(context: Any, builder: Any, sig: Any, values: Any) -> Any:
     return builtins.do_minmax(context, builder, list(sig.args), values, operator.lt)
 
 
-@lower_builtin(max, types.VarArg(types.Number))
+@lower_builtin(max, _kinds.VarArg(types.Number))
 def _write_greatest(context: Any, builder: Any, sig: Any, values: Any) -> Any:
     return builtins.do_minmax(context, builder, list(sig.args), values, operator.gt)
 
