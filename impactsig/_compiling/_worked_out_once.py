@@ -21,6 +21,8 @@ from numba.core.types.functions import BaseFunction
 from numba.extending import overload
 from numba.np import arrayobj
 
+from ._written_in_place import signature_in_place
+
 
 def _refuse(source: Any, place: Any) -> None:
     """Raise that a slice is filled with an array of another shape.
@@ -49,6 +51,10 @@ _known: WeakKeyDictionary[Any, dict[Any, Any]] = WeakKeyDictionary()
 
 def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
     """The signature of a call; for what is built in, as it was found for these types before."""
+    in_place = None if named else signature_in_place(function, context, arguments)
+    if in_place is not None:
+        function._impl_keys[in_place.args] = function.typing_key
+        return in_place
     if named or not all(isinstance(one, _PLAIN) for one in arguments):
         return _ask(function, context, arguments, named)
     known = _known.setdefault(function, {})

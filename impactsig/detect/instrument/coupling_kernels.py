@@ -40,7 +40,10 @@ def regress(values, integrals, noise, rate, free, residuals):
         The rate.
     """
     windows, n = values.shape
-    weights, time = np.ones((windows, n)), np.linspace(-1.0, 1.0, n)
+    weights, time = np.empty((windows, n)), np.linspace(-1.0, 1.0, n)
+    for k in range(windows):
+        for j in range(n):
+            weights[k, j] = 1.0
     alone = np.empty(n)
     lines = np.empty((windows, 2, 2))  # through the values, and through the integrals
     for turn in range(ROUGH + FINE):

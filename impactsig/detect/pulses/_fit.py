@@ -58,31 +58,31 @@ def fit_pulse(points, x, log_edge, p):
     logarithm of a typical edge's length.
     """
     room = room_to_fit(len(points))
-    misfit, at = descend(points, x, log_edge, p, room)
+    misfit, at = descend(points, x, log_edge, p, room, None)
     return Fit(misfit, room.normals[at], room.curves[at])
 
 
 @allocating
 def fit_pair(points, x, p):
     """Fit two half-sines from `p`, in place; returns the residual variance over the noise's."""
-    return descend(points, x, None, p, room_to_fit(0))[0]
+    return descend(points, x, 0.0, p, room_to_fit(0), True)[0]
 
 
 @kernel
-def _cost(points, x, log_edge, p, curve, normal):
+def _cost(points, x, log_edge, p, curve, normal, two):
     """Misfit, cost and normal equations of a model."""
-    if log_edge is None:  # which numba asks while it compiles, and compiles one of both
-        return pair_cost(p, points, x, normal)
-    return pulse_cost(p, points, x, log_edge, curve, normal)
+    if two is None:  # which numba asks while it compiles, and leaves out the rest if it is
+        return pulse_cost(p, points, x, log_edge, curve, normal)
+    return pair_cost(p, points, x, normal)
 
 
 @kernel
-def descend(points, x, log_edge, p, room):
-    """Fit one pulse, or two if `log_edge` is None: misfit, and where in the room the rest is."""
-    n, longest = len(p), LONGEST_STEP[1 if log_edge is None else 0]
+def descend(points, x, log_edge, p, room, two):
+    """Fit one pulse, or two unless `two` is None: misfit, and where in the room the rest is."""
+    n, longest = len(p), LONGEST_STEP[0 if two is None else 1]
     low, step, trial = room.low, room.step, room.trial
     now = 0
-    misfit, cost = _cost(points, x, log_edge, p, room.curves[now], room.normals[now])
+    misfit, cost = _cost(points, x, log_edge, p, room.curves[now], room.normals[now], two)
     damping = 1e-2
     for _ in range(MOST):
         here = room.normals[now]
@@ -98,14 +98,14 @@ def descend(points, x, log_edge, p, room):
                 promised += step[i] * here[i, WIDER]
             if promised * (1.0 + damping) < FOUND:
                 break
-            if log_edge is not None:
+            if two is None:
                 # The shape is linear in the length of the flat top, not in its logarithm.
                 step[FLAT] = math.log(max(1.0 + step[FLAT], 0.3))
             for i in range(n):
                 trial[i] = p[i] + min(max(step[i], -longest[i]), longest[i])
             other = 1 - now
             curve, normal = room.curves[other], room.normals[other]
-            new_misfit, new_cost = _cost(points, x, log_edge, trial, curve, normal)
+            new_misfit, new_cost = _cost(points, x, log_edge, trial, curve, normal, two)
             if new_cost < cost:
                 gain = cost - new_cost
                 for i in range(n):

@@ -230,7 +230,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     sloping = rise + fall > SLOPING * flat
     put_parameters(height / unit, start, rise, flat, fall, p)
     log_edge = math.log(0.6 * width)
-    misfit, at = descend(points, means, log_edge, p, room.fit)
+    misfit, at = descend(points, means, log_edge, p, room.fit, None)
     fit = Fit(misfit, room.fit.normals[at], room.fit.curves[at])
     parts = parts_of(p)
     length = parts.rise + parts.flat + parts.fall
@@ -275,7 +275,10 @@ def measure_all(signal, origin, total, events, again, sigma, before, after, leve
     level, relative : float, bool
         That the contact time refers to; a share of the peak if relative.
     """
-    longest = 2 * measure_reach(int(events[:, 2].max())) + 1 if len(events) else 0
+    widest = 0.0
+    for k in range(len(events)):
+        widest = max(widest, events[k, 2])
+    longest = 2 * measure_reach(int(widest)) + 1 if len(events) else 0
     room = Room(
         np.empty((2, longest)),
         np.empty(MAX_POINTS),

@@ -63,7 +63,7 @@ def parted(x, origin, total, event, noise, out):
         widest = max(1.0, 0.9 * (right - left))
         narrowest = max(1.0, 0.35 * (right - left))
         centre = lo + crests[k] + 0.5 * (mean - 1)
-        if best_width(x, origin, total, centre, narrowest, widest, noise, sums, part):
+        if best_width(x, origin, total, centre, narrowest, widest, noise, sums, part, np.inf):
             put(part, out, found)
             found += 1
     if found == 0:

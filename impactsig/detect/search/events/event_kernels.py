@@ -136,7 +136,8 @@ def _find(here, crests, order, widest, events, unclear, out):
         if not here.first <= centre < here.last:
             continue
         narrowest = 1.0 if width <= 2.0 else width / 1.6
-        good = best_width(x, origin, total, centre, narrowest, WIDER * width, noise, sums, event)
+        upper = WIDER * width
+        good = best_width(x, origin, total, centre, narrowest, upper, noise, sums, event, np.inf)
         if good and found < len(events):
             unclear[found] = 4.0 <= event[1] <= widest and not is_one_pulse(
                 x, origin, event[0], event[1], event[2], event[4], sigma

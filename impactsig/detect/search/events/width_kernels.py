@@ -69,7 +69,7 @@ def room_for(widest):
 
 
 @kernel
-def best_width(x, origin, total, centre, narrowest, widest, noise, sums, event, room=np.inf):
+def best_width(x, origin, total, centre, narrowest, widest, noise, sums, event, room):
     """Find the best width in a range near a centre, in quarter octaves.
 
     The crest is looked for within 0.6 widths and `room` of the centre. `sums` is room to work in.
