@@ -199,7 +199,7 @@ def bifurcation_diagram(
         checked_section(section),
     )
     seeds = streams(seed, len(chosen))
-    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
+    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}", 1)
     threads = thread_count(workers)
     if flag("carry", carry):
         cells = list(_carried(scene, chosen, look, options))
