@@ -242,15 +242,15 @@ def flag(name: str, value: Any) -> bool:
     raise InvalidInput(name, value, "True or False")
 
 
-def function(name: str, value: Any, required: str, takes: int) -> Callable[..., Any]:
-    """A callable that takes so many positional arguments.
+def function(name: str, value: Any, required: str, takes: int | None) -> Callable[..., Any]:
+    """A callable that takes so many positional arguments, or, of None, any.
 
     Raises
     ------
     InvalidInput
         If it cannot be called, or not with so many.
     """
-    if callable(value) and _can_take(value, takes):
+    if callable(value) and (takes is None or _can_take(value, takes)):
         return value
     raise InvalidInput(name, value, required)
 
