@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 from collections.abc import Callable, Iterable
@@ -241,17 +242,30 @@ def flag(name: str, value: Any) -> bool:
     raise InvalidInput(name, value, "True or False")
 
 
-def function(name: str, value: Any, required: str = "a function") -> Callable[..., Any]:
-    """A callable.
+def function(name: str, value: Any, required: str, takes: int | None) -> Callable[..., Any]:
+    """A callable that takes so many positional arguments, or, of None, any.
 
     Raises
     ------
     InvalidInput
-        If it cannot.
+        If it cannot be called, or not with so many.
     """
-    if callable(value):
+    if callable(value) and (takes is None or _can_take(value, takes)):
         return value
     raise InvalidInput(name, value, required)
+
+
+def _can_take(value: Callable[..., Any], count: int) -> bool:
+    """Whether a callable can be called with so many arguments, as far as its signature is known."""
+    try:
+        signature = inspect.signature(value)
+    except Exception:  # written in C, or one whose own methods raise
+        return True
+    try:
+        signature.bind(*range(count))
+    except TypeError:
+        return False
+    return True
 
 
 def instance(name: str, value: Any, kind: type[Kind], required: str = "", remedy: str = "") -> Kind:

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from ._arguments import choice, flag, instance, number, text, texts, whole
+from ._arguments import choice, entries, flag, instance, number, text, texts, whole
 from ._showing import drawn_by
 from ._sparkline import sparkline
 from .errors import InvalidInput
@@ -114,11 +114,10 @@ class Recording:
     def _texts(self, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
         """The texts of a field, one a channel; empty, or None, stands for the default."""
         given = getattr(self, name)
-        if isinstance(given, str) and given:
-            given = (given,) * (len(default) if name == "units" else 1)
-        if given is None or (isinstance(given, (str, tuple, list)) and not given):
-            return default
-        return texts(name, given, len(default), "a channel")
+        if given is None or isinstance(given, str):
+            given = (given,) * (len(default) if name == "units" else 1) if given else ()
+        found = entries(name, given, f"one text a channel ({len(default)})")
+        return texts(name, found, len(default), "a channel") if found else default
 
     # -- size and time ---------------------------------------------------------------------
 

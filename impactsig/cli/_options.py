@@ -1,9 +1,8 @@
-"""Options that several commands share, and how their values are parsed."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from .._arguments import PER_CHANNEL, READING
 from .._files.standard_input import in_words
 from ..errors import InvalidInput
+from ._values import contact_level, number, stops, threshold
 
 if TYPE_CHECKING:
     from ..experiment.rig import Rig
@@ -278,47 +278,3 @@ def one_line(text: Any) -> str:
     """Text on one line, with what a terminal might act on made visible."""
     words = in_words(" ".join(str(text).split()))
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
-
-
-def number(text: str) -> float:
-    """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return value
-
-
-def period(text: str) -> float:
-    """The period [s] of a positive frequency [Hz]."""
-    hertz = number(text)
-    if hertz <= 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive frequency [Hz]")
-    return 1 / hertz
-
-
-def stops(text: str) -> list[int | None]:
-    """Index of the stop of each channel, or None."""
-    words = [word.strip() for word in text.split(",")]
-    if not all(word == "none" or word.isdecimal() for word in words):
-        raise argparse.ArgumentTypeError(
-            f'{text!r} is not a list of whole numbers or "none", such as 0,1'
-        )
-    return [None if word == "none" else int(word) for word in words]
-
-
-def contact_level(text: str) -> float | str:
-    """A level, or a share of the peak."""
-    return text if text.rstrip().endswith("%") else number(text)
-
-
-def threshold(text: str) -> float | str:
-    """A level, or a multiple of the noise."""
-    if text.endswith(("sigma", "sigmas", "σ")):
-        return text
-    try:
-        return number(text)
-    except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f'{error}, nor noise levels such as "6 sigma"') from None

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .. import __version__
 from ._commands import COMMANDS, EXPERIMENT, REPORTS
 from ._completion import SHELLS
 from ._dimension import add_dimension_options
-from ._options import (
-    Parser,
-    detecting_options,
-    file_options,
-    period,
-    reading_options,
-)
+from ._options import Parser, detecting_options, file_options, reading_options
 from ._simulating import add_scenes
 from ._sweeping import add_plot_options, add_sweep
-
-if TYPE_CHECKING:
-    pass
+from ._values import period
 
 
 def parser() -> argparse.ArgumentParser:

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from ..oscillators import Oscillator, scenes
-from ._options import given, number
+from ._options import given
+from ._values import number
 
 if TYPE_CHECKING:
     from ..simulation.motion import Motion

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from .._arguments import choice, flag, instance, limits, number, text, whole
+from .._arguments import choice, entries, flag, instance, limits, number, text, whole
 from ..errors import InvalidInput
 
 USES = ("impacts", "forcing", "tacho")
@@ -173,10 +173,11 @@ def table(name: str, value: Any, keys: Mapping[str, Key]) -> dict[str, Any]:
 
 def channel_tables(value: Any) -> tuple[dict[str, Any], ...]:
     """Validate the channels, each of which is named or numbered once."""
+    required = "a list of tables, one a channel"
     if isinstance(value, (str, Mapping)) or not isinstance(value, Sequence):
-        raise InvalidInput("channel", value, "a list of tables, one a channel", "Write [[channel]]")
+        raise InvalidInput("channel", value, required, "Write [[channel]]")
     found: list[dict[str, Any]] = []
-    for index, entry in enumerate(value):
+    for index, entry in enumerate(entries("channel", value, required)):
         where = f"channel[{index}]"
         channel = table(where, entry, CHANNEL)
         if ("name" in channel) == ("number" in channel):

@@ -116,17 +116,18 @@ def observed(impacts: Impacts, forcing_period: float, fewest: int) -> tuple[Impa
     """Those that were measured, and the frequency of the forcing, refined on them."""
     frequency = 1 / number("forcing_period", forcing_period, above=0)
     impacts = impacts[(impacts.flags & INFERRED) == 0]
-    count = min(len(impacts), len(impacts.intervals()) + 1)
+    intervals = impacts.intervals()
+    mean = float(np.mean(intervals)) if len(intervals) else 0.0
+    if mean and not mean / APART < forcing_period < mean * APART:
+        raise InvalidInput(
+            "forcing_period", forcing_period, f"seconds: the impacts are {mean:.3g} s apart",
+            "Of a frequency in hertz give 1 / frequency",
+        )  # fmt: skip
+    count = min(len(impacts), len(intervals) + 1)
     if count < fewest:
         raise InvalidInput(
             "impacts", f"{count} impacts", f"{fewest} or more to fit, not cut apart by gaps",
             "2000 make the errors a third",
-        )  # fmt: skip
-    mean = float(np.mean(impacts.intervals()))
-    if not mean / APART < forcing_period < mean * APART:
-        raise InvalidInput(
-            "forcing_period", forcing_period, f"seconds: the impacts are {mean:.3g} s apart",
-            "Of a frequency in hertz give 1 / frequency",
         )  # fmt: skip
     return impacts, refined(impacts, frequency)
 

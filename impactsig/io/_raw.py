@@ -54,7 +54,7 @@ class RawLayout:
         required = 'a type of real numbers, such as "int16" or "float32"'
         try:
             kind = np.dtype(self.dtype).kind
-        except (TypeError, ValueError, SyntaxError):
+        except Exception:  # a value's own methods may raise anything
             raise InvalidInput("raw.dtype", self.dtype, required) from None
         if kind not in "biuf" or self.dtype is None:
             raise InvalidInput("raw.dtype", self.dtype, required)

@@ -67,25 +67,27 @@ class Flow:
     forcing_period: ClassVar[None] = None
 
     def __post_init__(self) -> None:
-        function("function", self.function, "a function of t, y and the parameters")
         if self.signal is not None:
-            function("signal", self.signal, "a function of the state")
+            function("signal", self.signal, "a function of the state", 1)
         initial = _numbers("initial", self.initial)
         if not initial:
             raise InvalidInput("initial", self.initial, "a number for every coordinate")
         text("name", self.name)
-        names: Any = self.coordinates
-        if isinstance(names, (str, tuple, list)) and not names:
+        given: Any = self.coordinates
+        names = tuple(given) if isinstance(given, str) else entries("coordinates", given, "names")
+        if not names:
             few = len(initial) <= 3
-            names = "xyz"[: len(initial)] if few else [f"y{k}" for k in range(len(initial))]
-        names = tuple(names) if isinstance(names, str) else entries("coordinates", names, "names")
+            names = tuple("xyz"[: len(initial)] if few else (f"y{k}" for k in range(len(initial))))
         if not all(isinstance(name, str) for name in names):
             raise InvalidInput("coordinates", self.coordinates, "names")
         if len(names) != len(initial) or len(set(map(str, names))) != len(names):
             raise InvalidInput("coordinates", self.coordinates, f"{len(initial)} different names")
+        parameters = _numbers("parameters", self.parameters)
+        required = f"a function of t, y and {len(parameters)} parameters"
+        function("function", self.function, required, 2 + len(parameters))
         object.__setattr__(self, "initial", initial)
-        object.__setattr__(self, "parameters", _numbers("parameters", self.parameters))
-        object.__setattr__(self, "coordinates", tuple(names))
+        object.__setattr__(self, "parameters", parameters)
+        object.__setattr__(self, "coordinates", names)
 
     @property
     def dimension(self) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from .._arguments import all_of, flag, text
+from .._arguments import all_of, flag, function, text
 from ..errors import InvalidInput
 from .parts import (
     BaseMotion,
@@ -124,8 +124,8 @@ class Oscillator:
                 "noise", self.noise, "noise that is a force, where the base moves",
                 "A stiffness that varies would pull at the base as well as at the mass",
             )  # fmt: skip
-        if self.law is not None and not callable(self.law):
-            raise InvalidInput("law", self.law, "a function of t, x and v, or None")
+        if self.law is not None:
+            function("law", self.law, "a function of t, x and v, or None", 3)
         if columns_allowed.get():  # the batch compares its columns with each other
             return
         self._check_stops()

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._arguments import real
+from .._arguments import function, real
 from ..errors import InvalidInput, shown
 
 Fit = Callable[[np.ndarray, np.ndarray], float]
@@ -33,9 +33,8 @@ def fit_of(given: Any) -> Fit:
     """The method of that name, or a checked user's function."""
     if isinstance(given, str) and given in FITS:
         return FITS[given]
-    if not callable(given):
-        names = ", ".join(f'"{name}"' for name in FITS)
-        raise InvalidInput("fit", given, f"one of {names}, or a function fit(x, y)")
+    names = ", ".join(f'"{name}"' for name in FITS)
+    function("fit", given, f"one of {names}, or a function fit(x, y)", 2)
 
     def checked(x: np.ndarray, y: np.ndarray) -> float:
         found = given(x, y)

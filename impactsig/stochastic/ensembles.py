@@ -15,6 +15,7 @@ from ..errors import InvalidInput
 from ..oscillators import Oscillator
 from ..studies.device import Executor, on_gpu
 from ._arguments import Course, course
+from ._counting import SLICES, Part, look_at_group, look_at_group_on_gpu
 from .density import Density, JointDensity, moments, shares
 from .paths.posing import potential
 from .paths.running import LANES, Method, Mover, key_of
@@ -22,12 +23,9 @@ from .paths.running import LANES, Method, Mover, key_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .paths.accumulating import Kept, Potential
 
 LOOK = 8  # steps from one look to the next, unless the time between is given
-BATCH = 512  # looks between two visits of the kernels
 PATHS_ON_GPU, CELLS_ON_GPU = 2**13, 2**25  # of a launch, at most
-SLICES = 32  # of the course of the mean energy
 QUANTITIES = ("energy", "displacement", "velocity")
 
 
@@ -232,30 +230,19 @@ def simulate_ensemble(
         _edges(f"{name}_range", given, known, bins)
         for name, given, known in zip(QUANTITIES, asked, found.survey.ranges, strict=True)
     ]
-    look_at, together = _look_at, LANES
+    look_at, together = look_at_group, LANES
     if gpu:
         _for_gpu(oscillator, method)
         together = max(1, min(PATHS_ON_GPU, CELLS_ON_GPU // (bins // 2) ** 2))
-        look_at = _look_at_on_gpu
+        look_at = look_at_group_on_gpu
     mover = Mover(oscillator, found.step, method, found.phase, key_of(seed))
     table = potential(oscillator, mover.functions.law, *edges[1][[0, -1]])
 
-    def one(first: int) -> _Part:
+    def one(first: int) -> Part:
         return look_at(mover, found, table, edges, first, min(first + together, paths))
 
     parts = in_threads(one, range(0, paths, together), threads, " groups of paths")
     return _gather(oscillator, method, found, edges, parts)
-
-
-@dataclass
-class _Part:
-    """Counts and sums of one group of paths."""
-
-    counts: list[np.ndarray]
-    squares: list[np.ndarray]
-    sums: np.ndarray
-    course: np.ndarray
-    impacts: np.ndarray
 
 
 def _edges(name: str, given: Any, known: tuple[float, float], bins: int) -> np.ndarray:
@@ -263,43 +250,6 @@ def _edges(name: str, given: Any, known: tuple[float, float], bins: int) -> np.n
     if given is not None:
         known = limits(name, given, "two finite numbers, the first less than the second")
     return np.linspace(*known, bins + 1)
-
-
-def _look_at(
-    mover: Mover, found: Course, table: Potential, edges: list[np.ndarray], first: int, last: int
-) -> _Part:
-    """Simulate a group of paths to the end, and accumulate its counts."""
-    from .paths.accumulating import energies, keep
-
-    paths = np.arange(first, last)
-    group = mover.start(found.q[first:last], found.v[first:last], paths)
-    group.move(found.before)
-    kept = _nothing_kept(len(paths), edges)
-    apart = found.step * found.every
-    done = 0
-    while done < found.looks:
-        some = min(BATCH, found.looks - done)
-        at = group.step * found.step
-        seen = group.move(some * found.every, found.every, some)
-        energy = np.empty(seen.shape[:2])
-        energies(mover.problem, table, mover.functions.law, seen, at + apart, apart, energy)
-        keep(kept, seen, energy, found.looks)
-        done += some
-    return _part_of(kept, group.count)
-
-
-def _look_at_on_gpu(
-    mover: Mover, found: Course, table: Potential, edges: list[np.ndarray], first: int, last: int
-) -> _Part:
-    """As `_look_at`, by a GPU."""
-    from .paths.gpu import look_at
-
-    paths = np.arange(first, last)
-    group = mover.start(found.q[first:last], found.v[first:last], paths)
-    kept = _nothing_kept(len(paths), edges)
-    span = found.before, found.every, found.looks, BATCH
-    look_at(mover.problem, table, mover.key, group.paths, group.state, group.count, span, kept)
-    return _part_of(kept, group.count)
 
 
 def _for_gpu(oscillator: Oscillator, method: Method) -> None:
@@ -319,42 +269,12 @@ def _for_gpu(oscillator: Oscillator, method: Method) -> None:
             raise InvalidInput(name, function, "no function of the user's for a GPU", remedy)
 
 
-def _part_of(kept: Kept, impacts: np.ndarray) -> _Part:
-    """Counts and sums of those paths of a group that have stayed finite."""
-    finite = np.isfinite(kept.sums).all(axis=1)
-    counts = [each[finite] for each in (kept.energy, kept.x, kept.v, kept.joint)]
-    return _Part(
-        [each.sum(axis=0, dtype=np.int64) for each in counts],
-        [np.square(each, dtype=np.int64).sum(axis=0) for each in counts],
-        kept.sums[finite],
-        kept.course[finite],
-        impacts[finite],
-    )
-
-
-def _nothing_kept(lanes: int, edges: list[np.ndarray]) -> Kept:
-    from .paths.accumulating import SUMS, Kept
-
-    size = len(edges[0]) - 1
-    scale = [(each[0], size / (each[-1] - each[0])) for each in edges]
-    return Kept(
-        edges=np.array(scale),
-        energy=np.zeros((lanes, size), np.int32),
-        x=np.zeros((lanes, size), np.int32),
-        v=np.zeros((lanes, size), np.int32),
-        joint=np.zeros((lanes, size // 2, size // 2), np.int32),
-        sums=np.zeros((lanes, SUMS)),
-        course=np.zeros((lanes, SLICES)),
-        looks=np.zeros(lanes, np.int64),
-    )
-
-
 def _gather(
     oscillator: Oscillator,
     method: Method,
     found: Course,
     edges: list[np.ndarray],
-    parts: list[_Part],
+    parts: list[Part],
 ) -> Ensemble:
     """Combine the counts of all groups, in their order."""
     unit, looks = oscillator.time_unit, found.looks

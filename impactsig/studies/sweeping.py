@@ -154,7 +154,7 @@ def sweep(
     array([[ 3.,  4.,  5.],
            [ 6.,  8., 10.]])
     """
-    called("function", function, "a function of the parameters of a cell")
+    called("function", function, "a function of the parameters of a cell", None)
     units = {} if attributes is None else attributes
     instance("attributes", units, Mapping, "a mapping of names to attributes")  # type: ignore[type-abstract]
     choice("executor", executor, ("serial", "threads", "processes", "gpu"))

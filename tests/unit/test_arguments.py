@@ -154,3 +154,82 @@ def test_every_system_refuses_what_an_option_cannot_be(question, system):
         for wrong in sorted(NEVER_MEANT):
             with pytest.raises(InvalidInput, match=option):
                 getattr(impactsig, question)(what, **given | {option: WRONG[wrong]})
+
+
+class Uncountable(list):
+    """A sequence whose items cannot be counted."""
+
+    def __len__(self):
+        raise ArithmeticError
+
+
+class Unreadable(list):
+    """A sequence whose items cannot be read."""
+
+    def __iter__(self):
+        raise ArithmeticError
+
+
+class Asked:
+    """An object that raises whatever it is asked for."""
+
+    def __getattr__(self, name):
+        raise ArithmeticError
+
+
+LORENZ = impactsig.flows.lorenz()
+ODD = {
+    "channels": lambda: impactsig.Recording(np.zeros(3), 1.0, channels=Uncountable("a")),
+    "units": lambda: impactsig.Recording(np.zeros(3), 1.0, units=Unreadable("a")),
+    "coordinates": lambda: impactsig.Flow(LORENZ.function, [1.0], coordinates=Unreadable("a")),
+    "channel": lambda: impactsig.Rig(channel=Unreadable([{"number": 0}])),
+    "impacts": lambda: impactsig.fit_oscillator(Unreadable(), [1.0], natural_frequency=1.0),
+    "raw.dtype": lambda: impactsig.RawLayout(Asked()),
+}
+
+
+@pytest.mark.parametrize("argument", ODD)
+def test_what_raises_when_it_is_looked_at_is_refused_by_its_name(argument):
+    with pytest.raises(InvalidInput, match=argument):
+        ODD[argument]()
+
+
+def of_none():
+    raise AssertionError  # it cannot be called with what it is given
+
+
+FUNCTIONS = {
+    "scene": [
+        lambda: impactsig.bifurcation_diagram(of_none, [1.0]),
+        lambda: impactsig.periodicity_chart(lambda a: FORCED, [1.0], [1.0]),
+        lambda: impactsig.p_bifurcation(of_none, [1.0]),
+        lambda: impactsig.response_spectrum(of_none, [1.0]),
+    ],
+    "scene_of_parameter": [lambda: impactsig.continue_orbit(of_none, (1.0, 2.0))],
+    "first": [lambda: impactsig.match_rate(lambda a: FORCED, of_none, [1.0], [1.0])],
+    "statistic": [lambda: impactsig.surrogate_test(np.random.default_rng(1).random(99), of_none)],
+    "fit": [
+        lambda: impactsig.correlation_dimension(np.random.default_rng(1).random(99), fit=of_none)
+    ],
+    "function": [lambda: impactsig.Flow(lambda t, y: y, [1.0], [2.0])],
+    "signal": [lambda: impactsig.Flow(lambda t, y: y, [1.0], signal=Asked)],
+    "law": [lambda: impactsig.Oscillator(law=lambda x: x)],
+}
+
+
+@pytest.mark.parametrize("argument", FUNCTIONS)
+def test_a_function_of_other_arguments_is_refused_by_its_name(argument):
+    for call in FUNCTIONS[argument]:
+        with pytest.raises(InvalidInput, match=f"^{argument}: "):
+            call()
+
+
+def test_functions_whose_arguments_python_does_not_know_are_called():
+    series = np.random.default_rng(1).random(99)
+    assert impactsig.surrogate_test(series, max, seed=1).name == "max"
+
+
+def test_a_forcing_period_is_judged_before_the_number_of_impacts():
+    train = impactsig.Impacts.from_times(np.arange(1.0, 9.0))
+    with pytest.raises(InvalidInput, match="forcing_period: got 1e-06"):
+        impactsig.fit_oscillator(train, 1e-6, natural_frequency=2.0)

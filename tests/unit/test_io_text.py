@@ -371,7 +371,7 @@ def test_pieces_of_another_width_are_refused(tmp_path, monkeypatch):
 
 
 def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
-    from impactsig.io.text import _table
+    from impactsig.io.text import _columns
     from impactsig.io.text._dialect import find_dialect
 
     pytest.importorskip("pyarrow")
@@ -382,8 +382,8 @@ def test_what_pyarrow_takes_is_what_pandas_takes(tmp_path):
     )
     dialect = find_dialect(path.read_bytes()[:100_000], False)
     arrow, pandas = (
-        _table._columns_by_arrow(path, dialect),
-        _table._columns_by_pandas(path, dialect),
+        _columns._columns_by_arrow(path, dialect),
+        _columns._columns_by_pandas(path, dialect),
     )
     np.testing.assert_array_equal(arrow, [x, -x])
     np.testing.assert_array_equal(pandas, [x, -x])

@@ -164,7 +164,7 @@ def match_rate(
     1.0
     """
     for name, scene in (("first", first), ("second", second)):
-        function(name, scene, RETURNS)
+        function(name, scene, RETURNS, 2)
     axes = parameter_values("x", x), parameter_values("y", y)
     run = {
         "periods": whole("periods", periods, 1),

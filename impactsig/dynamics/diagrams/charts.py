@@ -162,7 +162,7 @@ def periodicity_chart(
     axes = parameter_values("x", x), parameter_values("y", y)
     periods = whole("periods", periods, 1)
     closed = number("closed", closed, above=0, most=1e-2)
-    function("scene", scene, f"a function of both parameters that makes {SYSTEMS}")
+    function("scene", scene, f"a function of both parameters that makes {SYSTEMS}", 2)
     flag("skip", skip)
     cut = checked_section(section)
     gpu = on_gpu(executor, workers)

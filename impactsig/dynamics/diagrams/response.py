@@ -132,7 +132,7 @@ def response_spectrum(
     chosen = parameter_values("values", values)
     periods, transient = whole("periods", periods, 1), whole("transient", transient, 1)
     closed = number("closed", closed, above=0, most=1e-2)
-    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}")
+    function("scene", scene, f"a function of the parameter that makes {SYSTEMS}", 1)
     threads = thread_count(workers)
     cut = checked_section(section)
     at_rest = (0.0, 0.0) if initial is None else initial

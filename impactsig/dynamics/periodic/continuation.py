@@ -73,7 +73,7 @@ def continue_orbit(
     >>> branch.status, branch.special
     ('end of range', ())
     """
-    function("scene_of_parameter", scene_of_parameter, "a function of a number")
+    function("scene_of_parameter", scene_of_parameter, "a function of a number", 1)
     ends = entries("values", values, BOUNDS)
     if len(ends) != 2:
         raise InvalidInput("values", values, BOUNDS)

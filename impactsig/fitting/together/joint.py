@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..._arguments import instance
+from ..._arguments import entries, instance
 from ...errors import InvalidInput
 from ...impacts import Impacts
 from ...intervals import identify_period
@@ -58,7 +58,9 @@ class Candidate(NamedTuple):
 
 def telling(trains: Sequence[Any], periods: Any) -> tuple[list[Impacts], list[float], Aside]:
     """Impacts and forcing frequencies of the usable trains, and which were set aside."""
-    trains = [instance("impacts", one, Impacts, "Impacts, one or many") for one in trains]
+    required = "Impacts, one or many"
+    given = entries("impacts", trains, required)
+    trains = [instance("impacts", one, Impacts, required) for one in given]
     if len(trains) < 2:
         raise InvalidInput(
             "impacts", f"{len(trains)} trains", "two or more", "Give a single one by itself"

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import UnreadableFile
+from ._columns import filled
 from ._dialect import is_number
-from ._table import filled
 
 _END = b"***End_of_Header***"
 

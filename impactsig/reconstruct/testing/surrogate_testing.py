@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..._arguments import Seed, choice, real, whole
+from ..._arguments import Seed, choice, function, real, whole
 from ..._running.watched import counted
 from ..._showing import Shown, drawn_by
 from ...errors import InvalidInput, shown
@@ -209,10 +209,9 @@ def surrogate_test(
     values, notes = longest_stretch(x)
     count = whole("count", count, 19)
     named = _STATISTICS.get(statistic) if isinstance(statistic, str) else None
-    if named is None and not callable(statistic):
-        raise InvalidInput(
-            "statistic", statistic, f"one of {', '.join(_STATISTICS)}, or a function"
-        )
+    if named is None:
+        required = f"one of {', '.join(_STATISTICS)}, or a function of the series"
+        function("statistic", statistic, required, 1)
     evaluate: Callable[[np.ndarray], float] = named if named else statistic  # type: ignore[assignment]
     name = statistic.replace("_", " ") if isinstance(statistic, str) else _name_of(statistic)
     if alternative is None:

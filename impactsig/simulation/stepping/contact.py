@@ -20,6 +20,7 @@ from ..basis.events import (
     PART,
     PHASE,
     REVERSE,
+    SPEED,
     STEP,
     STICK,
     STICK_COUNT,
@@ -92,6 +93,16 @@ def touched(p, mode):
     for k in range(len(p.stops)):
         number += status(p, mode, k) == PUSHING
     return number
+
+
+@kernel
+def advance(p, state, count, dq, dv):
+    """Take a step: displacement, velocity, the greatest that it was, and what friction takes."""
+    state[Q] += dq
+    state[V] += dv
+    if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
+        state[LOST] += p.kinetic * abs(dq)
+    state[SPEED] = max(state[SPEED], abs(state[V]))
 
 
 @kernel

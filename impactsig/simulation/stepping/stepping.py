@@ -16,7 +16,6 @@ from ..basis.events import (
     FULL,
     HOLDER,
     LEG_COUNT,
-    LOST,
     LOW,
     MARK,
     MODE,
@@ -32,13 +31,7 @@ from ..basis.events import (
     V,
 )
 from ..exact.passing import pass_time, set_clock, time_until
-from .contact import (
-    hold,
-    note,
-    settle_event,
-    slide,
-    touched,
-)
+from .contact import advance, hold, note, settle_event, slide
 from .crossing import OF_STOP, begin_events, earliest, halve, polish
 from .rates import PUSHING, open_leg, origin, pull, status
 from .rest import departure, holding, rigid_at, unstick
@@ -136,10 +129,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                 else:
                     state[STEP] = wish
             turns = clock[TURNS]
-            state[Q], state[V] = y + dq, v + dv
-            if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
-                state[LOST] += p.kinetic * abs(dq)
-            state[SPEED] = max(state[SPEED], abs(state[V]))
+            advance(p, state, count, dq, dv)
             if due < 0 and step >= end:
                 set_clock(clock, end_turns, end_phase)
                 inside(p, state, count)

@@ -144,7 +144,7 @@ def p_bifurcation(
     >>> found.values, found.parameter
     (array([0.9 , 0.99]), 'r')
     """
-    function("scene", scene, "a function of the parameter that makes an Oscillator")
+    function("scene", scene, "a function of the parameter that makes an Oscillator", 1)
     chosen = _rising(values)
     least = number("least", least, least=0.0, most=1.0)
     tolerance = number("tolerance", tolerance, above=0, most=0.1)

@@ -12,6 +12,7 @@ from ...._compiling.compiled import inlined, kernel
 from ....simulation.basis.roots import first_root
 from ....simulation.basis.tableau import DEGREE
 from ....simulation.stepping.crossing import BY_Q, BY_V, STILL, VALUE, ZEROS, event_root
+from .rows import turn_back
 from .series import ORDER
 
 NONE = 2.0  # a share of a step at which nothing happens
@@ -78,7 +79,7 @@ def event_share(s, series, row):
 
 
 @inlined
-def bound(feedback, room, series, region, edge):
+def _bound(feedback, room, series, region, edge):
     """First share of the step at which the force reaches or leaves its limit, and which limit.
 
     `edge` is the limit at which the step began, which its first root is not. Last it tells whether
@@ -103,6 +104,19 @@ def bound(feedback, room, series, region, edge):
         elif share < at:
             at, which = share, side
     return at, which, wrong
+
+
+@inlined
+def meet_limit(feedback, line, count, room, series, region, edge, turned):
+    """As `_bound`, but last whether the force turned back at its limit: the row is discarded then.
+
+    So it is once: a row that was, as `turned` tells, is kept the next time.
+    """
+    share, side, wrong = _bound(feedback, room, series, region, edge)
+    back = wrong and not turned
+    if back:
+        turn_back(line, count, region, edge)
+    return share, side, back
 
 
 @kernel

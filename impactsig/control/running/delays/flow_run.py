@@ -23,9 +23,9 @@ from ....simulation.basis.tableau import DEGREE
 from ....simulation.exact.passing import pass_time, set_clock, time_until
 from ....simulation.flows.flow_steps import Field, finish, rates_at, stride, take
 from ....simulation.stepping.step import expand
-from ._roots import bound
+from ._roots import meet_limit
 from .force import feed
-from .rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit, turn_back
+from .rows import REACHED, ROWS, begin_row, cross_limit, recall, side_of_limit
 
 COORDINATES = DISPLACEMENT  # the first of their courses
 HUGE = 1e6  # times what it was without control: on its way to infinity
@@ -75,12 +75,9 @@ def run(
         begin_row(line, count, clock, step)
         finish(tab, own, s, t, step, y)
         write(fb, line, past, room, region, tab, s, count, step, y, field.size)
-        share, side, wrong = bound(fb, room, None, region, edge)
-        if wrong and not turned:
-            turn_back(line, count, region, edge)
-            turned = True
+        share, side, turned = meet_limit(fb, line, count, room, None, region, edge, turned)
+        if turned:
             continue
-        turned = False
         h = step
         if share < 1.0 and side != 0:
             h = share * step

@@ -22,13 +22,11 @@ from ....simulation.basis.events import (
     LEG_COUNT,
     LENGTH,
     LINE_FULL,
-    LOST,
     LOW,
     MODE,
     PHASE,
     RELEASE,
     ROW_COUNT,
-    SPEED,
     STUCK,
     TURN,
     TURNS,
@@ -36,7 +34,7 @@ from ....simulation.basis.events import (
     V,
 )
 from ....simulation.exact.passing import pass_time, set_clock, time_until
-from ....simulation.stepping.contact import hold, note, slide, touched
+from ....simulation.stepping.contact import advance, hold, note, slide
 from ....simulation.stepping.crossing import (
     OF_STOP,
     begin_events,
@@ -44,7 +42,7 @@ from ....simulation.stepping.crossing import (
 from ....simulation.stepping.rates import open_leg, origin, pull
 from ....simulation.stepping.rest import departure, holding, rigid_at, unstick
 from ....simulation.stepping.stepping import inside
-from ._roots import bound, event_share
+from ._roots import event_share, meet_limit
 from ._settling import settle, under
 from ._steps import end_step, rest_row, step_row
 from .force import signal_of
@@ -57,7 +55,6 @@ from .rows import (
     cross_limit,
     recall,
     side_of_limit,
-    turn_back,
 )
 
 ROOM = 4  # rows that one pass may write
@@ -116,12 +113,11 @@ def run(
                     return BROKEN
                 if tau > 0:
                     rest_row(fb, line, past, room, series, region, count, clock, tau, x)
-                    share, side, wrong = bound(fb, room, series, region, edge)
-                    if wrong and not turned:
-                        turn_back(line, count, region, edge)
-                        turned = True
+                    share, side, turned = meet_limit(
+                        fb, line, count, room, series, region, edge, turned
+                    )
+                    if turned:
                         continue
-                    turned = False
                     if share < 1.0 and side != 0:
                         cross_limit(line, laps, count, share, region, side)
                         pass_time(clock, share * tau)
@@ -169,12 +165,9 @@ def run(
             count[LEG_COUNT] += tries - 1
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
-            share, side, wrong = bound(fb, room, series, region, edge)
-            if wrong and not turned:
-                turn_back(line, count, region, edge)
-                turned = True
+            share, side, turned = meet_limit(fb, line, count, room, series, region, edge, turned)
+            if turned:
                 continue
-            turned = False
             for i in range(number):
                 at = event_share(s, series, s.events[i])
                 if at < min(share, 1.5):
@@ -183,10 +176,7 @@ def run(
                 p, tab, acting, leg, s, line, series, laps, state, count, region, side, due, share,
                 step, wish, dq, dv, y, v, a,
             )  # fmt: skip
-            state[Q], state[V] = y + dq, v + dv
-            if touched(p, count[MODE]) == 0:  # else it is among what the contact loses
-                state[LOST] += p.kinetic * abs(dq)
-            state[SPEED] = max(state[SPEED], abs(state[V]))
+            advance(p, state, count, dq, dv)
             if h >= end:
                 set_clock(clock, end_turns, end_phase)
             else:
