@@ -85,9 +85,8 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
         )
     place = int(np.searchsorted(others.time, time))
     if place < len(others) and others.time[place] == time:
-        raise InvalidInput(
-            action, f"{time:.9g} s", "an instant at which there is no impact", "Reject that one first"
-        )
+        required = "an instant at which there is no impact"
+        raise InvalidInput(action, f"{time:.9g} s", required, "Reject that one first")
     left, right = max(place - 1, 0), min(place, len(others) - 1)
     columns: dict[str, Any] = {}
     for name, values in tables.columns(others).items():

@@ -84,7 +84,7 @@ def test_what_cannot_be_corrected_is_named():
     with pytest.raises(InvalidInput, match="inside the run"):
         train().edit(add=[4.5])
     for wanted in ({"add": [2.0]}, {"move": {1.0: 2.0}}):
-        with pytest.raises(InvalidInput, match=r"got 2 s; required: an instant at which there is no"):
+        with pytest.raises(InvalidInput, match="got 2 s; required: an instant at which"):
             train().edit(**wanted)
     assert train().edit(reject=[2.0], move={1.0: 2.0}).time.tolist() == [2.0, 3.0]
     with pytest.raises(InvalidInput, match="instant of an impact"):
