@@ -1,10 +1,11 @@
 """Standard errors of what force detection measures, against the errors that it makes.
 
-Impacts of one shape and 6 to 40 dB (peak over the noise's standard deviation) in white noise. For
-each shape, rate and level: the z-scores (error over standard error) of instants, contact times,
-peaks and impulses, as root mean square and shares beyond 2 and 3 (4.6 and 0.3 % of a Gaussian);
-and the median standard error of the instants over their Cramér-Rao bound, for a pulse of given
-shape whose amplitude, start and length are not given.
+Impacts of one shape and 6 to 40 dB (peak over the noise's standard deviation) in white noise, or of
+one level, where no clear impacts show the shape of faint ones (`--level`). For each shape, rate and
+level: the z-scores (error over standard error) of instants, contact times, peaks and impulses, as
+root mean square and shares beyond 2 and 3 (4.6 and 0.3 % of a Gaussian); and the median standard
+error of the instants over their Cramér-Rao bound, for a pulse of given shape whose amplitude, start
+and length are not given.
 
 The last lines give the share of strata whose z-scores lie within 0.8-1.25, as root mean square and
 as standard deviation about the mean of the stratum, and the share that errors drawn from what is
@@ -179,12 +180,15 @@ def main() -> None:
     parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
     parser.add_argument("--step", type=float, default=0.0, help="of the converter, in sigma")
     parser.add_argument("--scatter", type=float, default=0.0, help="of the contact times")
+    parser.add_argument("--level", type=float, help="of all impacts of a record [dB]")
     parser.add_argument("--count", type=int, default=300, help="impacts a record")
     parser.add_argument("--write", action="store_true", help="write results/errors.json")
     given = parser.parse_args()
     seeds = range(*map(int, given.seeds.split(":")))
     options = {"contact": 1e-3 * given.contact, "cutoff": given.cutoff, "step": given.step}
     options["scatter"] = given.scatter
+    levels = LEVELS if given.level is None else (given.level,)
+    options["levels"] = levels
     head = "".join(f"| {name}: z, >2, >3 [%]    " for name in MEASURED)
     print(f"{'shape, kS/s, dB':24} found {head}| error/bound RMS/bound")
     lines, every = [], []
@@ -196,7 +200,7 @@ def main() -> None:
                 for row in errors(pulse, rate, seed, count=given.count, **options)
             ]
             every += rows
-            for level in LEVELS:
+            for level in levels:
                 here = [row for row in rows if row["level"] == level]
                 name = f"{pulse[:12]:12} {rate / 1e3:4g} {level:4g}"
                 if len(here) < 10:
@@ -222,7 +226,7 @@ def main() -> None:
     chance = [line[name]["by chance"] for line in lines for name in MEASURED]
     print(f"errors as stated would have: {np.mean(chance):.1%}")
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
-    for name, of in [(f"{one:g} dB", ("level", one)) for one in LEVELS] + [
+    for name, of in [(f"{one:g} dB", ("level", one)) for one in levels] + [
         (one, ("pulse", one)) for one in GROUPS[given.shapes]
     ]:
         few = [row["time_error"] / row["bound"] for row in every if row[of[0]] == of[1]]

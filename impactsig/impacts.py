@@ -378,7 +378,7 @@ class Impacts:
         Raises
         ------
         InvalidInput
-            If there is no such impact, or an instant lies outside the run.
+            If there is no such impact, or an instant lies outside the run or is that of another.
         """
         from ._trains.corrections import edited
 
@@ -387,7 +387,8 @@ class Impacts:
     def write_corrections(self, recording: Any) -> Path:
         """Write the corrections beside a recording, where `detect_impacts` finds them again.
 
-        Corrections of other channels are kept. The table has the SHA-256 of the recording's file.
+        Corrections that are there already are kept, such as those of other people and channels; to
+        take one back, delete its line. The table has the SHA-256 of the recording's file.
 
         Parameters
         ----------
@@ -404,7 +405,7 @@ class Impacts:
         Raises
         ------
         UnreadableFile
-            If there is no such recording, or the table there cannot be read.
+            If there is no such recording, or the table there cannot be read or belongs to another.
         UnwritableFile
             If the table cannot be written.
         """

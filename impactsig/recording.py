@@ -174,6 +174,9 @@ class Recording:
     ) -> Recording:
         """Convert to another unit: ``scale * samples + offset``.
 
+        `fit_calibration` fits both, with errors, to readings of known loads or of an impact hammer;
+        its result is applied by ``calibration.apply(recording)``.
+
         Raises
         ------
         InvalidInput
@@ -334,6 +337,10 @@ def sample_span(
 
 def check_calibration(scale: float, offset: float) -> None:
     """Raise InvalidInput unless `scale` is finite and not zero, and `offset` finite."""
-    if number("scale", scale, "a finite number other than 0") == 0:
-        raise InvalidInput("scale", scale, "a finite number other than 0")
+    required = "a finite number other than 0"
+    if isinstance(scale, (list, tuple, np.ndarray)):
+        remedy = "fit_calibration(readings, loads) fits one to pairs"
+        raise InvalidInput("scale", scale, required, remedy)
+    if number("scale", scale, required) == 0:
+        raise InvalidInput("scale", scale, required)
     number("offset", offset, "a finite number")

@@ -30,9 +30,14 @@ def write(impacts: Impacts, recording: Any) -> Path:
     import csv
 
     channel, digest = channel_of(impacts), sha256(recording)[:DIGITS]
-    lines = [line for line in read(recording) if line["channel"] != channel]
+    lines = read(recording)
+    there = [line for line in lines if line["channel"] == channel]
+    _check_recording({line["recording"] for line in there} - {""}, recording)
+    # What others have written since the train was read is kept.
+    known = [_named(line) for line in there]
     for line in impacts.settings.get("corrections", ()):
-        lines.append({**line, "recording": digest})
+        if _named(line) not in known:
+            lines.append({**line, "recording": digest})
     target = beside(recording)
     with (
         atomic_path(target) as temporary,
@@ -49,8 +54,8 @@ def applied(impacts: Impacts, recording: Any) -> Impacts:
     channel = channel_of(impacts)
     lines = [line for line in read(recording) if line["channel"] == channel]
     _check_recording({line.pop("recording") for line in lines} - {""}, recording)
-    done = impacts.settings.get("corrections", ())
-    lines = [line for line in lines if line not in done]
+    done = [_named(line) for line in impacts.settings.get("corrections", ())]
+    lines = [line for line in lines if _named(line) not in done]
     if not lines:
         return impacts
     made, misfits = [], []
@@ -102,6 +107,11 @@ def read(recording: Any) -> list[dict[str, Any]]:
             f"Mend it (columns {', '.join(NEEDED)}, separated by commas), or move it away to go on "
             "without",
         ) from error
+
+
+def _named(line: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What tells a correction from others, whether it could be made or not."""
+    return tuple(line[name] for name in ("action", "time", "to", "by", "at", "comment"))
 
 
 def _line(row: Mapping[str, Any], place: int) -> dict[str, Any]:

@@ -55,7 +55,7 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
     Raises
     ------
     InvalidInput
-        If there is no such impact, or an instant lies outside the run.
+        If there is no such impact, or an instant lies outside the run or is that of another.
     """
     import numpy as np
 
@@ -84,6 +84,9 @@ def corrected(impacts: Impacts, line: Mapping[str, Any]) -> Impacts:
             f"an instant inside the run, {impacts.start:g} to {impacts.stop:g} s",
         )
     place = int(np.searchsorted(others.time, time))
+    if place < len(others) and others.time[place] == time:
+        required = "an instant at which there is no impact"
+        raise InvalidInput(action, f"{time:.9g} s", required, "Reject that one first")
     left, right = max(place - 1, 0), min(place, len(others) - 1)
     columns: dict[str, Any] = {}
     for name, values in tables.columns(others).items():

@@ -142,9 +142,10 @@ def detect_impacts(
     or of the edges (noise divided by slope). They include the noise over the width of the pulse,
     the quantization step, the subtracted baseline, and the misfit of the model; see
     `impactsig.detect.pulses._errors`. The error of a common shape is the same for the impacts of a
-    second: it cancels in their intervals. A quantity that is not in the record, according to a
-    flag, has an infinite error: the instant of a pulse that is open at its start, contact time and
-    impulse of an open one, peak and impulse of a clipped one.
+    second: it cancels in their intervals. The delay of an anti-aliasing filter, common to all
+    instants, is not included. A quantity that is not in the record, according to a flag, has an
+    infinite error: the instant of a pulse that is open at its start, contact time and impulse of an
+    open one, peak and impulse of a clipped one.
 
     Sound: see `impactsig.detect.sound.sound`. If at least half of the impacts sound alike, these
     are timed by their common waveform, to about a hundredth of a sample, and the others by their

@@ -83,6 +83,10 @@ def test_what_cannot_be_corrected_is_named():
         train().edit(reject=[2.5])
     with pytest.raises(InvalidInput, match="inside the run"):
         train().edit(add=[4.5])
+    for wanted in ({"add": [2.0]}, {"move": {1.0: 2.0}}):
+        with pytest.raises(InvalidInput, match="got 2 s; required: an instant at which"):
+            train().edit(**wanted)
+    assert train().edit(reject=[2.0], move={1.0: 2.0}).time.tolist() == [2.0, 3.0]
     with pytest.raises(InvalidInput, match="instant of an impact"):
         Impacts([], duration=1.0, start=0.0).edit(move={0.5: 0.6})
     with pytest.raises(InvalidInput, match=r"add: got 1\.5; required: several instants"):
@@ -106,6 +110,27 @@ def test_corrections_beside_a_recording_are_made_again(corrected):
     table = rig.with_name("rig.wav.corrections.csv").read_text().splitlines()
     assert table[0].split(",") == list(COLUMNS)
     assert len(table) == 4
+
+
+def test_two_people_who_correct_one_train_keep_both_their_corrections(rig):
+    found = detect_impacts(rig, sensor="force")
+    for by, wrong in (("Ann", 3), ("Bo", 7)):  # Bo has not read what Ann wrote
+        found.edit(reject=[found.time[wrong]], by=by).write_corrections(rig)
+    again = detect_impacts(rig, sensor="force")
+    np.testing.assert_array_equal(again.time, np.delete(found.time, [3, 7]))
+    assert [line["by"] for line in again.settings["corrections"]] == ["Ann", "Bo"]
+    # Both took out the same one: the second cannot, and says so once.
+    found.edit(reject=[found.time[3]], by="Cy").write_corrections(rig)
+    again = detect_impacts(rig, sensor="force")
+    assert len(again) == len(found) - 2
+    assert len(again.apply_corrections(rig).notes) == len(again.notes) == 1
+
+
+def test_corrections_are_not_put_beside_those_of_another_recording(corrected):
+    rig, changed = corrected
+    soundfile.write(rig, np.zeros(RATE), RATE)
+    with pytest.raises(UnreadableFile, match="another recording"):
+        changed.write_corrections(rig)
 
 
 def test_reports_and_commands_make_them_and_say_so(corrected, tmp_path, capsys):

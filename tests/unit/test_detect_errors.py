@@ -159,6 +159,18 @@ def test_faint_impacts_are_measured_with_the_shape_of_clear_ones():
     assert abs(np.mean([row["contact_time"] for row in faint])) < 0.02e-3
 
 
+@pytest.mark.parametrize("pulse", ["half-sine", "sine^1.5", "raised cosine"])
+def test_faint_impacts_without_clear_ones_are_as_uncertain_as_they_are_off(pulse):
+    # Feet of zero slope lie below the noise of each. Instants of raised cosines were late by three
+    # standard errors, and contact times of single seconds up to three times as long.
+    options = {"levels": (14.0,), "count": 120}
+    rows = [row for seed in range(401, 404) for row in errors(pulse, 50e3, seed, **options)]
+    assert 0.6 < rms_z(rows, "time") < 1.25
+    assert 0.5 < rms_z(rows, "contact_time") < 1.7
+    assert max(abs(row["contact_time"]) for row in rows) < 0.4e-3
+    assert np.median([row["time_error"] / row["bound"] for row in rows]) < 1.3
+
+
 @pytest.mark.parametrize(("pulse", "most"), [("flat-topped", 3.0), ("asymmetric", 8.0)])
 def test_clear_impacts_of_another_shape_are_as_uncertain_as_they_are_off(pulse, most):
     # A kink at the top, and a foot of infinite slope: no member of the family has them. Edges of

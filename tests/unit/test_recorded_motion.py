@@ -220,3 +220,5 @@ def test_refusals():
 def test_a_recorded_motion_is_not_simulated_to_find_its_crossings():
     with pytest.raises(InvalidInput, match=r"a Flow\. A RecordedMotion has a method crossings"):
         threshold_crossings(recorded_motion(record(swing()[1]), smoothing=1e-3), 0.5)
+    with pytest.raises(InvalidInput, match=r"a Flow\. recorded_motion\(recording\)\.crossings"):
+        threshold_crossings(record(swing()[1]), 0.5)

@@ -85,6 +85,8 @@ def test_calibration():
     for bad in ({"scale": 0}, {"scale": np.inf}, {"offset": np.nan}):
         with pytest.raises(InvalidInput):
             ramp().calibrate(**bad)
+    with pytest.raises(InvalidInput, match=r"other than 0\. fit_calibration\(readings, loads\)"):
+        ramp().calibrate([0.0, 1.0, 2.0], [0.0, 2.0, 4.0])
 
 
 def test_resampling_as_in_the_thesis_keeps_tones_and_removes_what_would_alias():

@@ -12,6 +12,7 @@ from ..._arguments import GREATEST, choice, instance, number, one_of_them, whole
 from ...errors import InvalidInput
 from ...impacts import Impacts, exact
 from ...oscillators.flows import Flow
+from ...recording import Recording
 from ..basis.events import TIME
 from .course import WITH_STOPS, Running
 
@@ -142,7 +143,7 @@ def threshold_crossings(
 
     See Also
     --------
-    integrate_and_fire, displacement_section
+    integrate_and_fire, displacement_section, recorded_motion
 
     Notes
     -----
@@ -155,8 +156,11 @@ def threshold_crossings(
     >>> len(returns.intervals())
     100
     """
-    recorded = "A RecordedMotion has a method crossings()"
-    remedy = recorded if hasattr(flow, "crossings") else WITH_STOPS
+    remedy = WITH_STOPS
+    if hasattr(flow, "crossings"):
+        remedy = "A RecordedMotion has a method crossings()"
+    elif isinstance(flow, Recording):
+        remedy = "recorded_motion(recording).crossings(level) finds those of a recording"
     instance("flow", flow, Flow, "a Flow", remedy)
     level = number("level", level)
     choice("direction", direction, ("up", "down", "both"))

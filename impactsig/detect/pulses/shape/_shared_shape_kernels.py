@@ -38,7 +38,7 @@ ROUNDS, AGAIN = 8, 4
 """Steps, from no shape and from one that was estimated before."""
 BRIEF = 0.3
 """Flat tops over edges that count as brief."""
-APART = np.array([0.5, 1.0, 0.15, 0.7, 0.15])
+APART = np.array([0.5, 1.0, 0.3, 0.7, 0.15])
 """Standard deviation of the mean shape about where it is expected."""
 ALONE = 2
 """First of the rows in which a span tells what it shows by itself."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
-from .._model import FLAT, LENGTH, POWER, SKEW, START, WIDER, parts_of
+from .._model import FLAT, LENGTH, POWER, POWERS, SKEW, START, WIDER, parts_of
 from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import (
     BESIDE,
@@ -57,11 +57,13 @@ from ._shared_shape_kernels import (
 
 LEAST = 5
 """Pulses that a shape is read from."""
-ABOUT = np.array([0.0, 0.3, 0.0, 0.0, 0.0])
-"""Where the mean shape is expected; its length at that of the matched responses."""
-POWER_SEEN = 0.4
-"""How far from there the power may be (APART) where clear pulses show it; faint ones tell it from
-the length too badly."""
+ABOUT = np.array([0.0, 0.3, 0.3, 0.0, 0.0])
+"""Where the mean shape is expected; its length at that of the matched responses. A half-sine has
+the power 1, a raised cosine 2."""
+FAMILY_ROUNDS, TURNED = 4, 0.02
+"""In which pulses become linear about the shape that they share, or until it turns by less."""
+HELD = 1e-3
+"""Standard deviation of a parameter that is held meanwhile."""
 BENT = 0.2
 """Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 CLEAR_ROUNDS, STAYS = 5, 0.3
@@ -158,12 +160,21 @@ def _share_family(rows, x, origin, timed, told):
         for i in range(len(alike)):
             edges[i] = rows[alike[i], FIT + EDGE]
         about[0, LENGTH - SKEW] = centre_of(edges, len(alike))
-        if len(clear) >= LEAST:
-            about[1, POWER - SKEW] = POWER_SEEN
-        shape = Shape(about[0].copy(), about[1].copy(), np.zeros((SHAPES, SHAPES)), told)
-        shape = _share(rows, alike, timed, True, about, told, shape, ROUNDS)
+        even = about.copy()
+        if not missed and not steep:
+            even[1, POWERS - SKEW] = HELD
+        shape = Shape(even[0].copy(), even[1].copy(), np.zeros((SHAPES, SHAPES)), told)
+        shape = _share(rows, alike, timed, True, even, told, shape, ROUNDS)
         if not missed and not steep:
             room = make_room()
+            for _ in range(FAMILY_ROUNDS):
+                if _turned(rows, alike, shape) < TURNED:
+                    break
+                linearize_anew(rows, alike, x, origin, room)
+                if shape.mean[FLAT - SKEW] < 0.0:
+                    shape.mean[FLAT - SKEW] = even[0, FLAT - SKEW] = 0.0
+                    even[1, FLAT - SKEW] = HELD
+                shape = _share(rows, alike, timed, True, even, told, shape, AGAIN)
             linearize_anew(rows, alike, x, origin, room)
             shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
             if len(clear) >= LEAST:
@@ -217,6 +228,22 @@ def _share_missed(
     rest, held, error = common_rest(rows, clear, x, origin, room)
     held = max(held - DOUBT * error, 0.0) if shown else 0.0
     correct_misfit(rows, alike, x, origin, left, held, rest, timed)
+
+
+@kernel
+def _turned(rows, alike, shape):
+    """How far the shared shape is from those that pulses are linear about, in any parameter.
+
+    These have neither a flat top shorter than none nor two powers.
+    """
+    turned = max(-shape.mean[FLAT - SKEW], 0.0)
+    for m in range(SKEW, WIDER):
+        mean = 0.0
+        for k in alike:
+            mean += rows[k, FIT + ESTIMATE + m] / len(alike)
+        if m != FLAT:
+            turned = max(turned, abs(shape.mean[m - SKEW] - mean))
+    return turned
 
 
 @kernel
