@@ -22,13 +22,11 @@ from impactsig.detect.sound.timing._edge import (
     step_modes,
     whitening,
 )
-from impactsig.detect.sound.timing._shared_modes_fit import modes_behind, shared_exponents
-from impactsig.detect.sound.timing._shared_modes_kernels import (
-    add_lagged_products,
-    crossings,
-    log_probabilities,
-    project,
-)
+from impactsig.detect.sound.timing._mode_basis_kernels import project
+from impactsig.detect.sound.timing._shared_exponents import shared_exponents
+from impactsig.detect.sound.timing._shared_modes_fit import modes_behind
+from impactsig.detect.sound.timing._shared_modes_kernels import add_lagged_products, crossings
+from impactsig.detect.sound.timing._shift_kernels import log_probabilities
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
 
