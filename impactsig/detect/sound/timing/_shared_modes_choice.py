@@ -125,7 +125,7 @@ def _most_probable(
     for exponents in (*choices[1:], *folded):
         most = likely[0][0].evidence
         for i, (before, response) in enumerate(likely):
-            other = learned(exponents, response)
+            other = learned(exponents, response, before.evidence)
             if other.evidence > before.evidence:
                 likely[i] = other, response
             most = max(most, other.evidence)

@@ -33,6 +33,16 @@ def accumulate(cells, factors):
             cells[row, i] = total
 
 
+@kernel
+def add_moved(response, factors, apart, out):
+    """Add the response to `out` with each of the factors, every so many values."""
+    for n in range(len(factors)):
+        factor, at = factors[n], n * apart
+        part = out[at : at + len(response)]
+        for k in range(len(response)):
+            part[k] += factor * response[k]
+
+
 @njit(nogil=True)
 def add_rings(sounds, first, size, noise, rows, total):
     """Add the lagged products of the ring of each sound over its energy, and return the noise.

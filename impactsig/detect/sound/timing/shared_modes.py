@@ -133,9 +133,13 @@ class SharedModes:
         """Waveform around each attack; zeros if it is incomplete."""
         first = np.rint(attacks + 0.5).astype(int) - self.before
         there = (first >= valid[0]) & (first + self.length <= valid[1])
+        if not there.any():
+            return np.zeros((len(attacks), self.length))
+        every = np.lib.stride_tricks.sliding_window_view(x, self.length)
+        if there.all():
+            return np.asarray(every[first])
         waves = np.zeros((len(attacks), self.length))
-        if there.any():
-            waves[there] = np.lib.stride_tricks.sliding_window_view(x, self.length)[first[there]]
+        waves[there] = every[first[there]]
         return waves
 
     def _learn(self) -> None:
