@@ -22,13 +22,11 @@ from impactsig.detect.sound.timing._edge import (
     step_modes,
     whitening,
 )
-from impactsig.detect.sound.timing._shared_modes_fit import modes_behind, shared_exponents
-from impactsig.detect.sound.timing._shared_modes_kernels import (
-    add_lagged_products,
-    crossings,
-    log_probabilities,
-    project,
-)
+from impactsig.detect.sound.timing._mode_basis_kernels import project
+from impactsig.detect.sound.timing._shared_exponents import shared_exponents
+from impactsig.detect.sound.timing._shared_modes_fit import modes_behind
+from impactsig.detect.sound.timing._shared_modes_kernels import add_lagged_products, crossings
+from impactsig.detect.sound.timing._shift_kernels import log_probabilities, most_probable
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
 
@@ -321,6 +319,38 @@ def test_twin_of_the_probability_of_a_shift():
         values.append(value[0] - slow)
         assert 0.0 < explained[0] < 1.0
     assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+def test_evidence_is_the_integral_of_the_probability():
+    """Of sounds whose explained part is a known function of the shift, whatever the prior is."""
+    grid, step, freedom, noise, energy = np.arange(-12, 13), 0.25, 30.0, 1e-3, 2.0
+    priors, unit = np.array([[1e-2, 1e-3], [1e-3, 1e-4], [1e-4, 1e-5]]), (3.0, 2.0)
+    projections = np.zeros((9, 3, len(grid)))
+    projections[:, 0] = energy * 0.9 * np.exp(-((grid * step) ** 2) / 50.0)
+    grams = np.array([[u] * len(grid) for u in (*unit, 0.0)])
+    at = noise / energy + (0.1 / freedom - noise / energy)
+
+    def learned(rows, least, enough=-np.inf):
+        known = projections, np.full(9, energy), grams, step, noise, freedom
+        return most_probable(*known, priors[rows], 1e-4, least, enough)
+
+    def evidence(s, prior):
+        d = np.linspace(-3.0, 3.0, 20_001)
+        value = 0.9 * np.exp(-(d**2) / 50.0) / (2.0 * s)
+        constant = 0.5 / s + 0.5 * freedom * np.log(s)
+        constant += 0.5 * sum(np.log(1.0 + v * g / s) for v, g in zip(prior, unit, strict=True))
+        return np.log(integrate.simpson(np.exp(value - 0.45 / s), x=d)) + 0.45 / s - constant
+
+    for row, prior in enumerate(priors):
+        found = learned([row], 1e-7)
+        assert found == pytest.approx(
+            (evidence(at, prior), prior[0], at - noise / energy), rel=1e-6
+        )
+        assert learned([row], 0.02)[2] == 0.02
+    # Nothing is explained by an impulse: the least of its variances is the most probable.
+    assert learned([0, 1, 2], 1e-7)[1] == 1e-4
+    assert learned([2, 1, 0], 1e-7)[1] == 1e-4
+    assert learned([0, 1, 2], 1e-7, enough=np.inf)[1] == 1e-2
 
 
 @pytest.mark.parametrize("error", [0.0, 1e6])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound.timing._shared_modes_kernels import (
+from impactsig.detect.sound.timing._mode_basis_kernels import (
     ROWS_AT_ONCE,
     orthonormal,
     project,

@@ -17,7 +17,7 @@ import functools
 import numpy as np
 
 from .._nearby import middle, middles
-from ._shared_modes_kernels import accumulate
+from ._shared_modes_kernels import accumulate, add_moved
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
@@ -141,13 +141,9 @@ def step_modes(
 
 def _together(taps: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Response of both filters; that of the taps has one value for each sample."""
-    rows = -(-len(response) // PER_SAMPLE)
-    table = np.zeros((rows, PER_SAMPLE))
-    table.ravel()[: len(response)] = response
-    padded = np.zeros(len(taps) + 2 * (rows - 1))
-    padded[rows - 1 : rows - 1 + len(taps)] = taps
-    shifted = np.lib.stride_tricks.sliding_window_view(padded, rows)[:, ::-1]
-    return (shifted @ table).ravel()[: len(response) + PER_SAMPLE * (len(taps) - 1)]
+    both = np.zeros(len(response) + PER_SAMPLE * (len(taps) - 1))
+    add_moved(response, taps, PER_SAMPLE, both)
+    return both
 
 
 def _parts(modes: np.ndarray, exponents: np.ndarray) -> np.ndarray:

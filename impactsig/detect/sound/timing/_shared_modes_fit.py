@@ -1,131 +1,30 @@
-"""Fit of the modes that sounds share, and choice of the anti-aliasing filter.
+"""Fit of modes that start behind a filter to sounds, and what makes sounds most probable.
 
 Sounds are high-passed and start near a guess. See `shared_modes.py` for the method.
 """
 
 from __future__ import annotations
 
-import copy
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._nearby import middle
-from ._edge import PARTS, responses, step_modes
-from ._shared_modes_kernels import (
-    NOTHING,
-    ROWS_AT_ONCE,
-    add_rings,
-    leave,
-    orthonormal,
-    place,
-    project,
-    weigh,
-)
+from ._edge import PARTS, step_modes
+from ._mode_basis_kernels import ROWS_AT_ONCE, orthonormal, project
+from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 
-RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
 NEAR = 0.3e-3  # [s], by which the first fit may be off
 LEAST = 8  # sounds that a model is learned from
-WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
-ABOVE_NOISE = 4.0  # times that of white noise
-MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
-LEFT = 0.1  # fraction of the energy of rings, beyond noise, that shared modes do not leave
-MODULI = 0.7, 0.9995
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
 BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # most that another prior gains
 SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times half the rate
+BOTH_PRIORS = np.outer(PRIORS, (1.0, SLOPE_PRIOR))
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
-DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
-HOPELESS = 2.0  # times what modes may leave, which no other filter mends
-STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
-LIKELY = 3  # filters that are tried with more than one choice of modes
-LOUD = 16  # sounds, the loudest, that filters are compared by
-BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
-ALONE = 1e-12  # least share of the modes that the last of lagged samples leaves
-FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
-EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
-
-
-def shared_exponents(
-    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Candidate exponents of the modes that sounds share, the most probable first.
-
-    The eigenvectors of the sum of all H'H / |y|^2, H the Hankel matrix of a sound y, span the
-    modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
-    returned. The weak modes come in a choice after the strong. A mode near half the rate may
-    be one above it, folded by the sampler: these choices come apart, for without a filter they are
-    the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
-    rings lies beside the strong ones: the eigenvalues of the others, noise apart.
-    """
-    from scipy import linalg
-
-    total, floor = _rings(sounds, guess, noise, rate)
-    # This driver keeps to one thread: those of numpy's spin for longer than it takes.
-    value, vectors = linalg.eigh(total, lower=False, driver="evr")
-    choices = {}
-    for count in _counts(value, floor):
-        common, last = vectors[:-1, -count:], vectors[-1, -count:]
-        turn = common.T @ vectors[1:, -count:]  # (common' common)^-1 times this, by one row
-        turn += np.outer(last, last @ turn) / max(1.0 - last @ last, ALONE)
-        poles = np.linalg.eigvals(turn).astype(complex)
-        lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
-        choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
-    folded = []
-    for exponents in choices.values():
-        high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
-        if high.any():
-            above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
-            folded.append(np.where(high, above, exponents))
-    return [choice for choice in choices.values() if len(choice)], folded
-
-
-def may_share(sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float) -> bool:
-    """Whether eigenvalues leave a choice of modes that these sounds share."""
-    from scipy import linalg
-
-    total, floor = _rings(sounds, guess, noise, rate)
-    value = linalg.eigh(total, lower=False, driver="evr", eigvals_only=True)
-    return bool(_counts(value, floor))
-
-
-def _rings(
-    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
-) -> tuple[np.ndarray, float]:
-    """The upper half of the sum of all H'H / |y|^2, and what noise adds to each eigenvalue."""
-    skip, size = (round(t * rate) for t in RING)
-    width = size // 2
-    rows = size - width + 1
-    total = np.zeros((width, width))
-    there = np.flatnonzero(np.isfinite(guess) & (guess < sounds.shape[1]))
-    first = guess[there].astype(int) + skip
-    there, first = (v[first + size <= sounds.shape[1]] for v in (there, first))
-    floor = 0.0
-    if len(there):
-        rings = np.lib.stride_tricks.sliding_window_view(sounds, size, axis=1)[there, first]
-        floor = add_rings(rings, np.sum(rings**2, axis=1), noise, rows, total)
-    return total, floor
-
-
-def _counts(value: np.ndarray, floor: float) -> list[int]:
-    """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
-    width = len(value)
-    counts: list[int] = []
-    for share in WEAKEST:
-        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
-        if count > min(MOST_POLES, SPARSE * width):
-            break
-        beside = float(np.sum(value[: width - count])) - floor * (width - count)
-        if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
-            break
-        if count and count not in counts:
-            counts.append(count)
-    return counts
 
 
 @dataclass
@@ -219,7 +118,8 @@ class Model:
         there, origin, beyond = self._origins(held)
         if len(there):
             energy, fine = self._near(held, there, origin)
-            out = self._weighed(energy, fine, self.error, self.prior)
+            out, floor = np.empty((len(there), 3)), (self.noise, self.error)
+            weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
             which = held.which[there]
             fits[which, 0] = origin + self.lead + out[:, 0]
             fits[which, 1] = np.sqrt(out[:, 1] ** 2 + beyond)
@@ -254,21 +154,19 @@ class Model:
         if len(there) < LEAST:
             return
         energy, fine = self._near(held, there, origin)
-        left = np.empty(len(energy))
-        for impulse in PRIORS if self.parts[1].any() else PRIORS[:1]:  # without a filter all same
-            prior, error = (impulse, impulse * SLOPE_PRIOR), FIRST_ERROR
-            for _ in range(2):
-                floor = self.noise, error
-                leave(fine, energy, self.fine[1], floor, np.inf, prior, left)
-                beyond = left / self.freedom - self.noise / energy
-                error = max(middle(beyond), least)
-            out = self._weighed(energy, fine, error, prior)
-            evidence = float(np.mean(out[:, 4]))
-            if not evidence > self.evidence:
-                return  # it has one maximum
-            self.evidence, self.prior, self.error = evidence, prior, error
-            if evidence < beaten - BY_PRIOR:
-                return
+        self.evidence, impulse, self.error = most_probable(
+            fine,
+            energy,
+            self.fine[1],
+            1.0 / PARTS,
+            self.noise,
+            self.freedom,
+            BOTH_PRIORS if self.parts[1].any() else BOTH_PRIORS[:1],  # without a filter all same
+            FIRST_ERROR,
+            least,
+            beaten - BY_PRIOR,
+        )
+        self.prior = impulse, impulse * SLOPE_PRIOR
 
     def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Those that start somewhere, the sample at which a fit begins, and a variance.
@@ -307,13 +205,6 @@ class Model:
         project(sounds, first, basis, energy, projections)
         return energy, projections
 
-    def _weighed(
-        self, energy: np.ndarray, fine: np.ndarray, error: float, prior: tuple[float, float]
-    ) -> np.ndarray:
-        out, floor = np.empty((len(energy), 5)), (self.noise, error)
-        weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, prior, out)
-        return out
-
 
 def modes_behind(
     exponents: np.ndarray,
@@ -331,115 +222,3 @@ def modes_behind(
     parts = step_modes(exponents, response, taps, -lead - reach, after + reach)
     freedom = max(heard * (lead + after) - len(parts[0]), 1.0)
     return Model(lead, freedom, round(NEAR * rate * PARTS), reach, parts)
-
-
-def chosen_model(
-    sounds: np.ndarray,
-    guess: np.ndarray,
-    few: np.ndarray,
-    noise: float,
-    rate: float,
-    taps: np.ndarray,
-    heard: float,
-    unlike: float,
-) -> Model | None:
-    """The model with the filter under which the loudest of a few of these sounds are most probable.
-
-    None if they share no modes, or are more probable without any filter. `unlike` is the share of
-    the energy that the modes of sounds that share them leave at most.
-    """
-    some, near = sounds[few], guess[few]
-
-    def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
-        model = modes_behind(exponents, response, taps, rate, heard)
-        model.noise = noise
-        return model
-
-    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
-        model = behind(exponents, response)
-        return model, model.projected(some, near)
-
-    choices, folded = shared_exponents(sounds, guess, noise, rate)
-    if not choices:
-        return None
-    first, *others = choices
-    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, responses()[0]))
-    both = (model, held), (bare, by_bare)
-    if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
-        return None
-    if all(part.median_left(of) > STRANGERS[1] * unlike for part, of in both):
-        return None
-    model.learn(held, EXACT)
-    most = HOPELESS * unlike
-    # Modes that start at once leave as much whatever their prior and error are.
-    if model.median_left(held) > most and bare.median_left(by_bare) > most:
-        return None
-    bare.learn(by_bare, EXACT)
-    unfiltered = bare.evidence
-    if model.evidence < unfiltered - CERTAIN:
-        return None
-    for exponents in others:
-        other, by_other = projected(exponents, None)
-        other.learn(by_other, EXACT)
-        unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, model, held)
-    if best is not model:
-        held = best.projected(some, near)
-    # What is as probable as a model that is probable enough needs no further proof.
-    if model.evidence <= unfiltered - DOUBT:
-        if best is not model:
-            best.learn(held, EXACT)
-        if best.evidence <= unfiltered - DOUBT:
-            return None
-    best.learn(held, ROUGH)
-    return best
-
-
-def _most_probable(
-    behind: Callable[[np.ndarray, np.ndarray], Model],
-    choices: list[np.ndarray],
-    folded: list[np.ndarray],
-    model: Model,
-    held: Projected,
-) -> Model:
-    """The model with the filter and the modes under which the loudest sounds are most probable.
-
-    All are compared about the origins by a model of the widest filter and the first choice. The
-    filters after the slope are narrower and narrower: there is one maximum.
-    """
-    widest, slope, *narrower = responses()
-    own = copy.copy(model)
-    own.learn(own.projected_there(held, LOUD), EXACT)
-    tried = [(own, widest)]
-    rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
-
-    def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
-        other = behind(exponents, response)
-        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
-        return other
-
-    def less(item: tuple[Model, np.ndarray]) -> float:
-        return -item[0].evidence
-
-    beaten = -np.inf
-    for response in (slope, *narrower):
-        other = learned(choices[0], response, beaten)
-        tried.append((other, response))
-        tried.sort(key=less)
-        if len(tried) >= rank:
-            beaten = tried[rank - 1][0].evidence
-        if response is not slope and other.evidence < beaten - BEHIND:
-            break
-    likely = tried[:LIKELY]
-    for exponents in (*choices[1:], *folded):
-        most = likely[0][0].evidence
-        for i, (before, response) in enumerate(likely):
-            other = learned(exponents, response)
-            if other.evidence > before.evidence:
-                likely[i] = other, response
-            most = max(most, other.evidence)
-            if other.evidence < most - CERTAIN:
-                break
-        likely.sort(key=less)  # what other modes tell of a filter counts for the next
-    best = likely[0][0]
-    return model if best is own else best

@@ -196,6 +196,8 @@ class Overlay:
             count = int(_alike(self._lay(leaders, anywhere, shifts, 0.0, 1.0)).sum())
             if count > most:
                 wave, most = leader[part].copy(), count
+            if most == len(leaders):
+                break
         if most < len(leaders) / 2:
             return None
         for turn in range(PASSES):

@@ -6,7 +6,7 @@ sounds with an abrupt start behind the filter: impacts of one structure have the
 and decays, in any phases. The modes are the poles of the sounds of up to LEARN impacts [Roy1989]_;
 the filter is that of `_edge.responses` under which these sounds are the most probable, given the
 modes; the instant of an impact is the mean of its probability, given both, with any amplitudes of
-the modes (`_shared_modes_kernels.py`), and the standard deviation is its standard error.
+the modes (`_shift_kernels.py`), and the standard deviation is its standard error.
 
 Modes above the band leave an impulse and its slope behind the filter. Their amplitudes, relative to
 the energy of the sound, are normal with variances estimated from the record: without a bound, a
@@ -31,7 +31,9 @@ import numpy as np
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._nearby import middle
 from ._edge import high_pass, whitening
-from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, may_share
+from ._shared_exponents import may_share
+from ._shared_modes_choice import chosen_model
+from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
 from ._shared_modes_kernels import abruptness, crossings, high_passed
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
@@ -131,9 +133,13 @@ class SharedModes:
         """Waveform around each attack; zeros if it is incomplete."""
         first = np.rint(attacks + 0.5).astype(int) - self.before
         there = (first >= valid[0]) & (first + self.length <= valid[1])
+        if not there.any():
+            return np.zeros((len(attacks), self.length))
+        every = np.lib.stride_tricks.sliding_window_view(x, self.length)
+        if there.all():
+            return np.asarray(every[first])
         waves = np.zeros((len(attacks), self.length))
-        if there.any():
-            waves[there] = np.lib.stride_tricks.sliding_window_view(x, self.length)[first[there]]
+        waves[there] = every[first[there]]
         return waves
 
     def _learn(self) -> None:
@@ -142,7 +148,7 @@ class SharedModes:
         which = np.flatnonzero(waves[:LEARN].any(axis=1))
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
-            usable = waves[which]
+            usable = waves[which] if len(which) < min(len(waves), LEARN) else waves[:LEARN]
             few = np.linspace(0, len(usable) - 1, min(CHOOSE, len(usable))).astype(int)
             # Sounds that share nothing usually show it by a few.
             alike = len(few) == len(usable) or self._may_share(usable[few[:: CHOOSE // SOME]])
@@ -182,10 +188,14 @@ class SharedModes:
         """
         sounds, noise = self._whitened(waves, plain)
         heard = float(np.sum(self.taps**2))
-        model = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
-        if model is None:
+        chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
+        if chosen is None:
             return None
-        fits = model.fit(sounds, guess)
+        (model, held), fits = chosen, np.empty((len(sounds), 3))
+        fits[few], others = model.fit_projected(held), np.ones(len(sounds), bool)
+        others[few] = False
+        if others.any():
+            fits[others] = model.fit(sounds[others], guess[others])
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:

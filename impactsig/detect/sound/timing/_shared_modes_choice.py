@@ -1,0 +1,136 @@
+"""Choice of the anti-aliasing filter behind which sounds that share modes are most probable.
+
+Sounds are high-passed and start near a guess. See `shared_modes.py` for the method.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+
+import numpy as np
+
+from ._edge import responses
+from ._shared_exponents import shared_exponents
+from ._shared_modes_fit import Model, Projected, modes_behind
+
+DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
+HOPELESS = 2.0  # times what modes may leave, which no other filter mends
+STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
+LIKELY = 3  # filters that are tried with more than one choice of modes
+LOUD = 16  # sounds, the loudest, that filters are compared by
+BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
+EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
+
+
+def chosen_model(
+    sounds: np.ndarray,
+    guess: np.ndarray,
+    few: np.ndarray,
+    noise: float,
+    rate: float,
+    taps: np.ndarray,
+    heard: float,
+    unlike: float,
+) -> tuple[Model, Projected] | None:
+    """The model with the filter under which the loudest of a few of these sounds are most probable.
+
+    Beside it these few, projected on it. None if they share no modes, or are more probable without
+    any filter. `unlike` is the share of the energy that the modes of sounds that share them leave
+    at most.
+    """
+    some, near = sounds[few], guess[few]
+
+    def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
+        model = modes_behind(exponents, response, taps, rate, heard)
+        model.noise = noise
+        return model
+
+    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
+        model = behind(exponents, response)
+        return model, model.projected(some, near)
+
+    choices, folded = shared_exponents(sounds, guess, noise, rate)
+    if not choices:
+        return None
+    first, *others = choices
+    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, responses()[0]))
+    both = (model, held), (bare, by_bare)
+    if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
+        return None
+    if all(part.median_left(of) > STRANGERS[1] * unlike for part, of in both):
+        return None
+    model.learn(held, EXACT)
+    most = HOPELESS * unlike
+    # Modes that start at once leave as much whatever their prior and error are.
+    if model.median_left(held) > most and bare.median_left(by_bare) > most:
+        return None
+    bare.learn(by_bare, EXACT)
+    unfiltered = bare.evidence
+    if model.evidence < unfiltered - CERTAIN:
+        return None
+    for exponents in others:
+        other, by_other = projected(exponents, None)
+        other.learn(by_other, EXACT)
+        unfiltered = max(unfiltered, other.evidence)
+    best = _most_probable(behind, choices, folded, model, held)
+    if best is not model:
+        held = best.projected(some, near)
+    # What is as probable as a model that is probable enough needs no further proof.
+    if model.evidence <= unfiltered - DOUBT:
+        if best is not model:
+            best.learn(held, EXACT)
+        if best.evidence <= unfiltered - DOUBT:
+            return None
+    best.learn(held, ROUGH)
+    return best, held
+
+
+def _most_probable(
+    behind: Callable[[np.ndarray, np.ndarray], Model],
+    choices: list[np.ndarray],
+    folded: list[np.ndarray],
+    model: Model,
+    held: Projected,
+) -> Model:
+    """The model with the filter and the modes under which the loudest sounds are most probable.
+
+    All are compared about the origins by a model of the widest filter and the first choice. The
+    filters after the slope are narrower and narrower: there is one maximum.
+    """
+    widest, slope, *narrower = responses()
+    own = copy.copy(model)
+    own.learn(own.projected_there(held, LOUD), EXACT)
+    tried = [(own, widest)]
+    rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
+
+    def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
+        other = behind(exponents, response)
+        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
+        return other
+
+    def less(item: tuple[Model, np.ndarray]) -> float:
+        return -item[0].evidence
+
+    beaten = -np.inf
+    for response in (slope, *narrower):
+        other = learned(choices[0], response, beaten)
+        tried.append((other, response))
+        tried.sort(key=less)
+        if len(tried) >= rank:
+            beaten = tried[rank - 1][0].evidence
+        if response is not slope and other.evidence < beaten - BEHIND:
+            break
+    likely = tried[:LIKELY]
+    for exponents in (*choices[1:], *folded):
+        most = likely[0][0].evidence
+        for i, (before, response) in enumerate(likely):
+            other = learned(exponents, response, before.evidence)
+            if other.evidence > before.evidence:
+                likely[i] = other, response
+            most = max(most, other.evidence)
+            if other.evidence < most - CERTAIN:
+                break
+        likely.sort(key=less)  # what other modes tell of a filter counts for the next
+    best = likely[0][0]
+    return model if best is own else best

@@ -1,0 +1,225 @@
+"""Kernels that time sounds of the same modes behind a band-limiting filter.
+
+A sound y that starts a shift d after a sample is modelled as
+
+    y = Q(d) a + K(d) b + e,    b ~ N(0, E V),    e ~ N(0, s E),    E = |y|^2,
+
+where the orthonormal columns Q span the modes that start there, K holds the filter's impulse
+response there and its slope, orthogonal to Q, and s is the power of a sample's error relative to E.
+For an unbounded prior of a, the logarithm of the probability of d is, up to a constant,
+
+    L(d) = (|Q'y|^2 + y'K (G + s / V)^-1 K'y) / (2 s E) - ln det(1 + V G / s) / 2,    G = K'K.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...._compiling.compiled import allocating
+from ...signal.order_kernels import centre_of
+from .._lane_kernels import exponentials, logarithms
+from ._alike_kernels import UNSURE
+
+BETWEEN = 8  # places between two shifts at which the probability is interpolated
+FALL = 20.0  # by which its logarithm may lie below the greatest to count
+NOTHING = 1e-30  # energy over the noise of a sample for which probabilities are not finite
+_NONE = np.uint64(0)
+
+
+@allocating
+def log_probabilities(projection, gram, energy, error, prior, value, explained):
+    """Log probability L of each shift, and the fraction of the energy that is explained.
+
+    `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
+    two diagonal elements of V.
+    """
+    count = np.uint64(len(value))
+    first, second = error / prior[0], error / prior[1]
+    scale = prior[0] * prior[1] / (error * error)
+    for j in range(count):
+        g0, g1 = gram[0, j] + first, gram[1, j] + second
+        det = g0 * g1 - gram[2, j] * gram[2, j]
+        b0, b1 = projection[1, j], projection[2, j]
+        beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det
+        explained[j] = (projection[0, j] + beyond) / energy
+        value[j] = det * scale
+    logarithms(value)
+    for j in range(count):
+        value[j] = 0.5 * (explained[j] / error - value[j])
+
+
+@allocating
+def place(projections, energy, grams, near, floor, prior, shift, beyond):
+    """Most probable whole shift at which each sound starts; shifts count from the first.
+
+    -1 where the sound is nothing beside noise. beyond[i]: what starts more than `near` samples away
+    from there add to the variance. `floor`: the noise of a sample and the part of s that the
+    model's errors make.
+    """
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    for i in range(len(energy)):
+        shift[i], beyond[i] = -1, 0.0
+        if energy[i] <= NOTHING * floor[0]:
+            continue
+        error = floor[0] / energy[i] + floor[1]
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        best = value.argmax()
+        shift[i] = best
+        most = value[best]
+        for j in range(len(value)):
+            value[j] = (value[j] - most) / UNSURE
+        exponentials(value)
+        total = 0.0
+        for j in range(len(value)):
+            total += value[j]
+            if abs(j - best) > near:
+                beyond[i] += value[j] * (j - best) ** 2
+        beyond[i] /= total
+
+
+@allocating
+def leave(projections, energy, grams, floor, freedom, prior, left):
+    """Fraction of the energy of each sound that the most probable shift leaves.
+
+    As in `weigh`, s is at least what is left to each of the degrees of freedom.
+    """
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    for i in range(len(energy)):
+        error = floor[0] / energy[i] + floor[1]
+        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        left[i] = max(1.0 - explained[value.argmax()], 0.0)
+        if left[i] > error * freedom:
+            error = left[i] / freedom
+            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            left[i] = max(1.0 - explained[value.argmax()], 0.0)
+
+
+@allocating
+def weigh(projections, energy, grams, step, floor, freedom, prior, out):
+    """Posterior mean and deviation of the shift, and residual share, of each sound.
+
+    Shifts lie `step` apart about 0. The rest is as in `_posterior`.
+    """
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    scratch = np.empty(BETWEEN * (len(value) + 4))
+    for i in range(len(energy)):
+        out[i, 0], out[i, 1], out[i, 2], _ = _posterior(
+            projections[i], grams, energy[i], step, floor, freedom, prior, value, explained, scratch
+        )
+
+
+@allocating
+def most_probable(
+    projections, energy, grams, step, noise, freedom, priors, first_error, least, enough
+):
+    """Mean evidence of sounds, variance of the impulse and error that make it greatest.
+
+    Variances are tried in sequence, up to the first that is no better, or not `enough`: there is
+    one maximum. The error is what is left in the median beyond noise, at least the `least`.
+    """
+    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
+    scratch, beyond = np.empty(BETWEEN * (len(value) + 4)), np.empty(len(energy))
+    most, variance, error_there = -np.inf, priors[0, 0], first_error
+    for n in range(len(priors)):
+        prior, error = (priors[n, 0], priors[n, 1]), first_error
+        for _ in range(2):
+            for i in range(len(energy)):
+                own = noise / energy[i]
+                log_probabilities(
+                    projections[i], grams, energy[i], own + error, prior, value, explained
+                )
+                left = max(1.0 - explained[value.argmax()], 0.0)
+                beyond[i] = left / freedom - own
+            error = max(centre_of(beyond, len(beyond)), least)
+        evidence = 0.0
+        for i in range(len(energy)):
+            evidence += _posterior(
+                projections[i],
+                grams,
+                energy[i],
+                step,
+                (noise, error),
+                freedom,
+                prior,
+                value,
+                explained,
+                scratch,
+            )[3]
+        evidence /= len(energy)
+        if not evidence > most:
+            break
+        most, variance, error_there = evidence, priors[n, 0], error
+        if evidence < enough:
+            break
+    return most, variance, error_there
+
+
+@allocating
+def _posterior(projection, grams, energy, step, floor, freedom, prior, value, explained, scratch):
+    """Posterior mean and deviation of the shift of a sound, residual share, log evidence.
+
+    `floor`: the noise of a sample, and the part of s that the model's errors make; s is at least
+    what is left to each of the degrees of freedom. What follows `prior` is scratch.
+    """
+    error = floor[0] / energy + floor[1]
+    log_probabilities(projection, grams, energy, error, prior, value, explained)
+    best = value.argmax()
+    left = max(1.0 - explained[best], 0.0)
+    if left > error * freedom:
+        error = left / freedom
+        log_probabilities(projection, grams, energy, error, prior, value, explained)
+        best = value.argmax()
+        left = max(1.0 - explained[best], 0.0)
+    mean, deviation, evidence = _moments(value, value[best], step, scratch)
+    return mean, deviation, left, evidence - 0.5 / error - 0.5 * freedom * math.log(error)
+
+
+@allocating
+def _moments(value, most, step, scratch):
+    """Mean, standard deviation of the shift, and ln of the sum of exp(value).
+
+    Between two shifts a cubic through four gives the value at BETWEEN places: all between those
+    that count. `scratch` has room for so many after each, and for as many sums.
+    """
+    last = len(value) - 1
+    low, high = 0, last
+    while low < last - 1 and value[low + 1] < most - FALL:
+        low += 1
+    while high > low + 1 and value[high - 1] < most - FALL:
+        high -= 1
+    total, first = scratch[:BETWEEN], scratch[BETWEEN : 2 * BETWEEN]
+    second, greatest = scratch[2 * BETWEEN : 3 * BETWEEN], scratch[3 * BETWEEN : 4 * BETWEEN]
+    weight = scratch[4 * BETWEEN : (4 + high - low) * BETWEEN]
+    greatest[:] = -np.inf
+    begin = _NONE
+    for j in range(low, high):
+        a, b = value[j], value[j + 1]
+        p = value[j - 1] if j else 2.0 * a - b
+        q = value[j + 2] if j + 2 < len(value) else 2.0 * b - a
+        line, square, cube = b - p, 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
+        for k in range(np.uint64(BETWEEN)):  # with numbers known beforehand, in vector lanes
+            t = (k + 0.5) / BETWEEN
+            one = a + 0.5 * t * (line + t * (square + t * cube))
+            weight[begin + k] = one
+            greatest[k] = one if one > greatest[k] else greatest[k]
+        begin += np.uint64(BETWEEN)
+    top = greatest.max()
+    for k in range(np.uint64(len(weight))):
+        weight[k] -= top
+    exponentials(weight)
+    total[:], first[:], second[:] = 0.0, 0.0, 0.0
+    begin = _NONE
+    for j in range(low, high):
+        for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
+            one, at = weight[begin + k], j + (k + 0.5) / BETWEEN - 0.5 * last
+            total[k] += one
+            first[k] += one * at
+            second[k] += one * at * at
+        begin += np.uint64(BETWEEN)
+    mass = total.sum()
+    mean = first.sum() / mass
+    # Nothing between two places is checked.
+    variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
+    return step * mean, step * math.sqrt(variance), top + math.log(mass * step / BETWEEN)
