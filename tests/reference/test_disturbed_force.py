@@ -177,3 +177,12 @@ def test_a_bump_hides_no_impacts_beside_it(name):
     found = found_in(truth)
     assert found.contact_time.max() < 0.036
     assert score(found.time, truth.time)[0] >= 0.99
+
+
+@pytest.mark.parametrize("swells", [1.0, 2.65])
+def test_noise_that_swells_and_fades_is_no_impact(swells):
+    rate, rng = 50e3, np.random.default_rng(11)
+    time = np.arange(round(8 * rate)) / rate
+    noise = (1 + 0.9 * np.sin(2 * np.pi * swells * time)) * rng.standard_normal(len(time))
+    found = impactsig.detect_impacts(impactsig.Recording(noise, rate, units="N", sensor="force"))
+    assert len(found) <= 8  # 116 and 127 by the noise of whole seconds
