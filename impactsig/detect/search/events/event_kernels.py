@@ -22,6 +22,7 @@ CLEAR = 15.0  # standard deviations from which an event is one whatever is aroun
 NEAR, FAR = (32, 40, 2.0), (128, 160, 1.2)
 """Widths to either side that are looked at, responses on each, and times the noise that they are at
 least, where they count: the more there are, the better they tell it."""
+SWELLS = 2.3  # times the noise that swelling noise is at most
 WIDER = 1.7  # times its width: what a crest's event may be as wide as
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
@@ -233,7 +234,9 @@ def _among(x, origin, total, event, around, seen, louder, both_sides):
             sides, least, most = sides + 1, min(least, deviation), max(most, deviation)
     local = most
     if both_sides:
-        local = least if sides == 2 else 0.0
+        # Noise of seconds tells half of what swells in them; more are impacts, close together.
+        swells = sides == 2 and least * event[3] < SWELLS * event[2]
+        local = least if swells else 0.0
     if local * event[3] <= louder * event[2]:
         return np.inf
     return event[2] / local
