@@ -16,8 +16,6 @@ from .search.judging_kernels import measured_ringing
 from .signal.ladder import MATCH
 from .signal.stream import Piece
 
-TURNS = 1
-"""Searches in each direction that leave the other out."""
 AS_HIGH, AS_MANY, FEW = 0.3, 0.2, 5
 """Shares of their median height and of their number, and number, from which on those that point the
 other way may be of a second stop."""
@@ -38,7 +36,9 @@ def detect_both_ways(
     if found is None:
         return None
     ways = {found.sign: found}
-    for sign in TURNS * (-found.sign, found.sign):
+    # The first search finds what is none beside pulses of the other direction. Left out, it takes
+    # a part of these along, so they are measured once more without it.
+    for sign in (-found.sign, found.sign, -found.sign):
         alone = wanted._replace(polarity=sign)
         found = detect_force(pieces, rate, alone, in_memory=in_memory, others=ways[-sign])
         assert found is not None

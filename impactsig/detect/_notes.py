@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..impacts import UNRESOLVED
+from ..impacts import CLIPPED, UNRESOLVED
 from ._force import LONGEST
 from ._force_impacts import ForceImpacts
 from ._merge import Columns
@@ -51,6 +51,12 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             notes.append(
                 f"{overlapping:.0%} of the impacts overlap a neighbour: their contact times are "
                 "lower bounds, and two that follow within half a contact are one."
+            )
+        clipped = float(np.mean((found.flags & CLIPPED) > 0))
+        if clipped > MANY:
+            notes.append(
+                f"{clipped:.0%} of the impacts are clipped: their peaks and impulses are lower "
+                "bounds without an error. A greater range of the converter would show them."
             )
         if found.width < 1.5:
             notes.append(

@@ -76,7 +76,8 @@ def identify_period(
     size of the jitter, are hidden by it: the odds of "periodic" against "banded" are then near 1.
 
     *No slots.* A train whose impacts are locked to phases of the forcing, or whose intervals
-    predict the next better than shuffled ones, is chaotic; otherwise it is irregular.
+    predict of the next what a linear process does not, is chaotic; otherwise it is irregular. The
+    confidence in the latter grows with the number of intervals.
 
     Parameters
     ----------

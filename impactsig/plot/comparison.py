@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 COLOURS = (BLUE, VERMILLION)
 MOST_BINS = 4096
+LITTLE = 0.05  # of a bin
 
 
 @checked
@@ -107,11 +108,14 @@ def _common_edges(values: list[np.ndarray]) -> np.ndarray:
     edges = max(candidates, key=lambda edges: float(edges[1] - edges[0]))
     width = edges[1] - edges[0]
     low, high = min(each[0] for each in candidates), max(each[-1] for each in candidates)
-    before = int(np.ceil((edges[0] - low) / width))
-    after = int(np.ceil((high - edges[-1]) / width))
+    # What exceeds a bin a little widens it; a bin of its own would hold next to nothing.
+    before = int(np.ceil((edges[0] - low) / width - LITTLE))
+    after = int(np.ceil((high - edges[-1]) / width - LITTLE))
     if before + len(edges) + after > MOST_BINS:
         return np.linspace(low, high, MOST_BINS + 1)
-    return edges[0] + width * np.arange(-before, len(edges) + after)
+    common = edges[0] + width * np.arange(-before, len(edges) + after)
+    common[0], common[-1] = min(max(common[0], 0.0), low), max(common[-1], high)
+    return common
 
 
 def _distributions(ax: Axes, values: list[np.ndarray], labels: list[str], both: np.ndarray) -> None:

@@ -177,3 +177,20 @@ def test_a_bump_hides_no_impacts_beside_it(name):
     found = found_in(truth)
     assert found.contact_time.max() < 0.036
     assert score(found.time, truth.time)[0] >= 0.99
+
+
+@pytest.mark.parametrize("swells", [1.0, 2.65])
+def test_noise_that_swells_and_fades_is_no_impact(swells):
+    rate, rng = 50e3, np.random.default_rng(11)
+    time = np.arange(round(8 * rate)) / rate
+    noise = (1 + 0.9 * np.sin(2 * np.pi * swells * time)) * rng.standard_normal(len(time))
+    found = impactsig.detect_impacts(impactsig.Recording(noise, rate, units="N", sensor="force"))
+    assert len(found) <= 16  # 116 and 127 by the noise of whole seconds
+
+
+def test_pulses_that_fill_half_of_the_time_are_no_swelling_noise():
+    rate, rng = 50e3, np.random.default_rng(3)
+    time = np.arange(round(10 * rate)) / rate
+    pulses = np.sin(2 * np.pi * 22 * time) ** 8 + 0.01 * rng.standard_normal(len(time))
+    found = impactsig.detect_impacts(impactsig.Recording(pulses, rate, units="N", sensor="force"))
+    assert len(found) > 0.85 * 440  # the others are in spans whose background is all pulse

@@ -50,6 +50,20 @@ def test_impacts_on_either_stop_are_found(share):
     assert found.settings["polarity"] == "both"
 
 
+def test_no_pulse_loses_its_beginning_to_what_is_none_beside_it():
+    rate = 50e3
+    rng = np.random.default_rng(1)
+    times = np.cumsum(rng.uniform(0.006, 0.03, 656))
+    height = rng.uniform(0.3, 2, 656) * rng.choice([-1, 1], 656)
+    samples = 0.06 * rng.standard_normal(round(12 * rate))
+    for time, peak in zip(times, height, strict=True):
+        at = np.arange(int(time * rate) + 1, int((time + CONTACT) * rate) + 1)
+        samples[at] += peak * np.sin(np.pi * (at / rate - time) / CONTACT) ** 1.5
+    found = impactsig.detect_impacts(impactsig.Recording(samples, rate), polarity="both")
+    late = np.abs(found.time[:, None] - times).min(axis=1)
+    assert np.count_nonzero(late > 0.2e-3) <= 2  # 11 of them with one search less
+
+
 def test_also_in_hum():
     samples, times, stops = record(4)
     samples += 0.3 * np.sin(2 * np.pi * 50 * np.arange(len(samples)) / RATE)

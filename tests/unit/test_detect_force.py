@@ -220,6 +220,7 @@ def test_clipped_peaks_are_flagged():
     found = impactsig.detect_impacts(recording(x))
     assert found.flags.tolist() == [0, CLIPPED, CLIPPED]
     assert found.settings["saturation"] == 2.0
+    assert any("67% of the impacts are clipped" in note for note in found.notes)
     below = impactsig.detect_impacts(recording(5.0 - x)).settings
     assert below["polarity"] == "negative"
     assert below["saturation"] == 3.0

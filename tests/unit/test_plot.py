@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from impactsig import Impacts, InvalidInput, Recording, interval_histogram, plot
 from impactsig.plot import axes as _axes
+from impactsig.plot.comparison import _common_edges
 
 RATE = 50_000.0
 TOUCH, CONTACT = np.array([0.01, 0.03, 0.06]), np.array([3e-4, 2e-4, 4e-4])
@@ -308,3 +309,15 @@ def test_labels_of_a_logarithmic_axis_do_not_overlap(decades):
     assert len(spans) >= 2
     assert all(before[1] <= after[0] for before, after in itertools.pairwise(spans))
     pyplot.close(figure)
+
+
+def test_histograms_of_two_alike_trains_have_no_bin_for_what_differs():
+    intervals = np.random.default_rng(1).exponential(0.05, 56) + 0.003
+    alike = intervals + 1e-6 * np.random.default_rng(2).standard_normal(56)
+    for pair in ([intervals, alike], [alike, intervals]):
+        edges = _common_edges(pair)
+        assert edges[0] == pytest.approx(np.min(pair))  # the bin before it would begin below zero
+        assert edges[-1] == pytest.approx(np.max(pair))
+        assert np.all(np.diff(edges) > 0)
+    edges = _common_edges([intervals, 0.1 * intervals])
+    assert 0 <= edges[0] <= 0.1 * intervals.min()

@@ -88,7 +88,8 @@ class Source:
                 "samples",
                 f"{what} at {t0:.9g} s",
                 "finite samples without a gap",
-                'Give gaps="split" to go on around them; no interval is then taken across one',
+                'Give gaps="split" (--gaps split) to go on around them; no interval is then taken '
+                "across one",
             )
         if self.spans and self.spans[-1][1] == t0:
             t0 = self.spans.pop()[0]

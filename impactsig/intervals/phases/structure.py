@@ -13,6 +13,7 @@ LINE_PRIOR = 10.4  # a line as improbable as 3e-5 under the null is as probable 
 LEAST_BACKGROUND = 0.8  # of that of white noise
 GRID = 32  # instants of the periodogram per impact due
 FEWEST = 30  # residuals of which anything is asked
+MOST_HARMONICS = 8  # of a tone, the first included
 EXCLUDED = 0.05  # likelihood ratio at which a band is excluded
 LOGISTIC = 0.707  # E[y' (y^2 - 1)] of y' = (1 - y^2)/sd, as for the logistic map
 
@@ -24,7 +25,7 @@ class Tone(NamedTuple):
     rms: float  # [cycles]
     log_odds: float  # against none
     wave: np.ndarray  # what it makes of the residuals
-    waves: np.ndarray  # the same with its second harmonic
+    waves: np.ndarray  # the same with the harmonics that it has
 
 
 class Structure(NamedTuple):
@@ -100,15 +101,35 @@ def strongest_line(at: np.ndarray, z: np.ndarray, density: float, slowest: float
     weights, *_ = np.linalg.lstsq(columns, z, rcond=None)
     fundamental = columns[:, :2] @ weights[:2]
     odds = float(height[best] - np.log(independent / 2) - LINE_PRIOR)
-    return Tone(line, float(fundamental.std()), odds, fundamental, columns @ weights)
+    return Tone(
+        line, float(fundamental.std()), odds, fundamental, _with_harmonics(at, z, line, 1 / span)
+    )
 
 
-def _refined(at: np.ndarray, z: np.ndarray, line: float, resolution: float) -> float:
+def _with_harmonics(at: np.ndarray, z: np.ndarray, line: float, resolution: float) -> np.ndarray:
+    """What a line and its harmonics make of z, as many as the Bayesian criterion allows.
+
+    A quasi-periodic motion is a smooth function on a circle, seldom a sine.
+    """
+    n, best, waves = len(z), np.inf, np.zeros(len(z))
+    for harmonics in range(2, min(MOST_HARMONICS, n // 6) + 1):
+        columns = _waves(at, _refined(at, z, line, resolution, harmonics), harmonics)
+        fitted = columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
+        rest = max(float(np.sum((z - fitted) ** 2)), 1e-12 * n * float(z.var()))
+        criterion = n * np.log(rest) + 2 * harmonics * np.log(n)
+        if criterion < best:
+            best, waves = criterion, fitted
+    return waves
+
+
+def _refined(
+    at: np.ndarray, z: np.ndarray, line: float, resolution: float, harmonics: int = 1
+) -> float:
     """Frequency near `line` at which a fitted sine leaves the least residual."""
     from scipy.optimize import minimize_scalar
 
     def left(frequency: float) -> float:
-        columns = _waves(at, frequency, 1)
+        columns = _waves(at, frequency, harmonics)
         rest = z - columns @ np.linalg.lstsq(columns, z, rcond=None)[0]
         return float(rest @ rest)
 

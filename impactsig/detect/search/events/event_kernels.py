@@ -19,8 +19,10 @@ from ._parting_kernels import parted
 from .width_kernels import EVENT, LEAST, RESPONSE, best_width, noise_of, put, room_for
 
 CLEAR = 15.0  # standard deviations from which an event is one whatever is around it
-AROUND, SEEN = 32, 40  # widths to either side that are looked at, and responses on each
-LOUDER = 2.0  # times the noise that they are at least, where they count
+NEAR, FAR = (32, 40, 2.0), (128, 160, 1.2)
+"""Widths to either side that are looked at, responses on each, and times the noise that they are at
+least, where they count: the more there are, the better they tell it."""
+SWELLS = 2.3  # times the noise that swelling noise is at most
 WIDER = 1.7  # times its width: what a crest's event may be as wide as
 INSIDE = 0.5  # of a wide impact's height: the least of a narrow one on top of it
 NARROW = 0.08  # of its width: the greatest of such, whose flanks lie on the wide one
@@ -174,7 +176,9 @@ def _choose(x, origin, total, events, out):
     found = len(events)
     for k in range(found):
         if events[k, 3] < CLEAR:
-            events[k, 3] = min(events[k, 3], _among(x, origin, total, events[k]))
+            ringing = _among(x, origin, total, events[k], *NEAR, False)
+            swelling = _among(x, origin, total, events[k], *FAR, True)
+            events[k, 3] = min(events[k, 3], ringing, swelling)
     alone = np.zeros(found, np.bool_)
     keys = np.empty(found)
     order, room = np.empty(found, np.int64), np.empty(found, np.int64)
@@ -194,36 +198,46 @@ def _choose(x, origin, total, events, out):
 
 
 @allocating
-def _among(x, origin, total, event):
+def _among(x, origin, total, event, around, seen, louder, both_sides):
     """Height of an event over the responses around it; inf if these are only noise.
 
-    Within a burst, or in the ringing after a shock, one of many crests is no impact.
+    `seen` responses are looked at up to `around` widths to either side, and count where they are
+    at least `louder` times the noise, on one side or on both sides.
+
+    Within a burst, or in the ringing after a shock, one of many crests is no impact; nor in noise
+    that swells and fades, which is as loud before as after.
     """
     width = int(event[1])
     near, far = width + (width + 1) // 2 + 1, 5 * width + (width + 1) // 2 + 5
-    reach = AROUND * width + far + width
+    reach = around * width + far + width
     centre = int(event[0])
     lo, hi = max(centre - reach, origin), min(centre + reach + 1, origin + len(x))
     if (lo > centre - reach and lo > 0) or (hi < centre + reach + 1 and hi < total):
         return np.inf  # too wide for what is at hand
     sums = np.empty(hi - lo + 1)
     running_sums(x, lo - origin, hi - lo, sums)
-    values = np.empty(SEEN)
-    local = 0.0
+    values = np.empty(seen)
+    sides, least, most = 0, np.inf, 0.0
     for side in (-1, 1):
         count = 0
-        for k in range(SEEN):
-            i = centre + side * (4 * width + (AROUND - 4) * width * k // SEEN)
+        for k in range(seen):
+            i = centre + side * (4 * width + (around - 4) * width * k // seen)
             if lo + far + 1 < i < hi - far - 1:
                 a, b, c = parts(sums, lo, hi, i, width, near, far)
                 values[count] = a - 0.5 * (b + c)
                 count += 1
-        if count >= SEEN // 2:
+        if count >= seen // 2:
             # Three quarters of Gaussian values lie below 0.6745 standard deviations; of a train of
             # impacts, which are positive for a short part of the time, below 0.
             upper = select(values, 0, count - 1, 3 * count // 4)
-            local = max(local, HALF_SINE_GAIN * upper / 0.6745)
-    if local * event[3] <= LOUDER * event[2]:
+            deviation = HALF_SINE_GAIN * upper / 0.6745
+            sides, least, most = sides + 1, min(least, deviation), max(most, deviation)
+    local = most
+    if both_sides:
+        # Noise of seconds tells half of what swells in them; more are impacts, close together.
+        swells = sides == 2 and least * event[3] < SWELLS * event[2]
+        local = least if swells else 0.0
+    if local * event[3] <= louder * event[2]:
         return np.inf
     return event[2] / local
 
