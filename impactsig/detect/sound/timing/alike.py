@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
+from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave, unexplained
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
@@ -42,6 +42,7 @@ CLEAR = 0.02  # fraction of its power left of a sound with so little noise that 
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
+COMPARED = 64  # of them, by which it is found how they differ
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
@@ -105,6 +106,8 @@ class Waveform:
     latency: float  # shift that leaves their instants at the reference, in the median
     gain: float  # variance of the shift of a sound of factor 1, over the power of its noise
     colour: float  # that variance over the one in white noise
+    misfit: float  # variance of a sound of factor 1 in a direction in which sounds differ
+    lever: float  # variance of the shift of a sound of factor 1, over the misfit
 
 
 @dataclass
@@ -170,11 +173,13 @@ class Overlay:
         found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
             expected = np.add(expected, (self.wave.latency, 0.0))
-            laid = self._lay(sounds, expected, self.wave.shifts, CLEAR, self.wave.colour)
+            wave = self.wave
+            laid = self._lay(sounds, expected, wave.shifts, CLEAR, wave.colour, wave.misfit)
             alike = _alike(laid)
             shift, factor, left, _, _, elsewhere = laid[alike].T
             power = left / max(self.weight.sum() - FITTED, 1.0)
             near = self.wave.gain * power / factor**2 + FINEST_SHIFT**2
+            near += self.wave.lever * self.wave.misfit
             found[alike, 0] = shift - self.wave.latency
             found[alike, 1] = np.sqrt(near + elsewhere)
         return found
@@ -223,7 +228,9 @@ class Overlay:
             mean_wave(sounds[alike][half::2], shift[half::2], factor[half::2], part.start, wave)
             shift_wave(wave, lengths.pad, rows)
         certain = self._sum(_slope(halves[0]), _slope(halves[1])) / self._sum(*2 * [_slope(shifts)])
-        return Waveform(shifts, latency, gain / max(certain, LEAST_CERTAIN) ** 2, colour)
+        certain = max(certain, LEAST_CERTAIN)
+        misfit = self._misfit(shifts[ROWS // 2], sounds[alike], laid[alike])
+        return Waveform(shifts, latency, gain / certain**2, colour, misfit, self._lever(shifts))
 
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
         """Tolerated median difference of instants with these errors from shifts."""
@@ -239,13 +246,44 @@ class Overlay:
         The noise is as coloured as what precedes the sounds. Beside it the variance of a response
         to it over that in white noise.
         """
-        wave, slope = shifts[ROWS // 2], _slope(shifts)
-        tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
-        by_sample = self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts)
+        by_sample = self._by_sample(shifts)
+        wave = shifts[ROWS // 2]
         quiet = sounds[:, : self.lengths.first - self.lengths.far]
         count = quiet.shape[1]
         alike = [np.mean(quiet[:, lag:] * quiet[:, : count - lag]) for lag in range(count // 2)]
         return _variance(by_sample, alike), _variance(self.taper * wave, alike, white=True)
+
+    def _by_sample(self, shifts: np.ndarray) -> np.ndarray:
+        """What each sample of a sound of factor 1 contributes to its shift."""
+        wave, slope = shifts[ROWS // 2], _slope(shifts)
+        tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
+        return np.asarray(self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts))
+
+    def _lever(self, shifts: np.ndarray) -> float:
+        """Variance of the shift of a sound of factor 1, over that of what the wave leaves of it."""
+        by_sample, some = self._by_sample(shifts), self.weight > 0.0
+        return float(np.sum(by_sample[some] ** 2 / self.weight[some]))
+
+    def _misfit(self, wave: np.ndarray, sounds: np.ndarray, laid: np.ndarray) -> float:
+        """Variance of a sound of factor 1 in any of the directions in which sounds differ.
+
+        With r what the wave leaves of a sound, C its covariance, less that of the noise, it is
+        tr C^2 / tr C: the trace over the number of directions. As sounds of a few modes differ in
+        a few, it is much more than the power of a sample, and one of them is that of a shift.
+        """
+        some = slice(None, None, -(-len(sounds) // COMPARED))
+        sounds, (shift, factor, _, _, noise, _) = sounds[some], laid[some].T
+        count, quiet = len(sounds), self.lengths.first - self.lengths.far
+        left = np.empty((count, self.lengths.size))
+        unexplained(sounds, shift, factor, self.lengths.first, wave, self.weight, left)
+        before = sounds[:, :quiet] / factor[:, None]
+        pairs = ~np.eye(count, dtype=bool)
+        products, by_noise = left @ left.T, before @ before.T
+        scale = float(self.weight.sum()) / quiet
+        squares = (products**2 - scale * by_noise**2).sum(axis=1, where=pairs) / (count - 1)
+        total = float(np.mean(np.diag(products) - noise / factor**2))
+        certain = float(np.mean(squares) - 2.0 * np.std(squares) / np.sqrt(count))
+        return certain / total if certain > 0.0 < total else 0.0
 
     def _sum(self, a: np.ndarray, b: np.ndarray) -> float:
         return float(np.sum(self.weight * a * b))
@@ -270,11 +308,14 @@ class Overlay:
         shifts: np.ndarray,
         clear: float,
         colour: float,
+        misfit: float = 0.0,
     ) -> np.ndarray:
         laid, lengths = np.empty((len(sounds), 6)), self.lengths
         near = expected.copy()
         near[:, 1] = np.maximum(near[:, 1], lengths.reach)
-        lay_over(sounds, near, lengths, clear, colour, shifts, self.taper, self.weight, laid)
+        lay_over(
+            sounds, near, lengths, clear, colour, misfit, shifts, self.taper, self.weight, laid
+        )
         return laid
 
 
