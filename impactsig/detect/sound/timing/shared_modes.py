@@ -41,6 +41,7 @@ NOISE = 4.5e-3  # [s] of it, whose spectrum is that of noise
 QUIET = 3e-3  # [s] of it, once filtered, that noise is read from
 SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
+EARLIER = (0.15, 4.0, 0.6)  # the same for a crossing before that
 LEARN = 256  # impacts that modes are learned from
 CHOOSE = 64  # of them that the filter is chosen by
 SOME = 32  # of these that show whether modes may be shared at all
@@ -156,6 +157,10 @@ class SharedModes:
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
+                earlier = self._crossed(plain[few], EARLIER)[:, 0]
+                since = (crossed[few, 0] - earlier)[np.isfinite(earlier)]
+                if len(since):  # between two fractions of a sound it scatters as from its start on
+                    self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
                 timed[LEARN:] = self._timed(waves[LEARN:])
@@ -233,11 +238,11 @@ class SharedModes:
         high_passed(waves, taps, sounds)
         return sounds
 
-    def _crossed(self, plain: np.ndarray) -> np.ndarray:
+    def _crossed(self, plain: np.ndarray, shares: tuple = SHARES) -> np.ndarray:
         """Result of `crossings` for each wave after the high-pass filter."""
         crossed = np.empty((len(plain), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(plain, quiet, begin, end, SHARES, crossed)
+        crossings(plain, quiet, begin, end, shares, crossed)
         return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
