@@ -42,6 +42,7 @@ CLEAR = 0.02  # fraction of its power left of a sound with so little noise that 
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
+INTERPOLATED = 5e-4  # fraction of the power that interpolation may leave of them
 COMPARED = 64  # of them, by which it is found how they differ
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
@@ -269,21 +270,27 @@ class Overlay:
 
         With r what the wave leaves of a sound, C its covariance, less that of the noise, it is
         tr C^2 / tr C: the trace over the number of directions. As sounds of a few modes differ in
-        a few, it is much more than the power of a sample, and one of them is that of a shift.
+        a few, it is much more than the power of a sample, and one of them is that of a shift. What
+        lies beside the attack, or is as little as INTERPOLATED, is not theirs.
         """
         some = slice(None, None, -(-len(sounds) // COMPARED))
         sounds, (shift, factor, _, _, noise, _) = sounds[some], laid[some].T
         count, quiet = len(sounds), self.lengths.first - self.lengths.far
-        left = np.empty((count, self.lengths.size))
-        unexplained(sounds, shift, factor, self.lengths.first, wave, self.weight, left)
+        late = self.lengths.reach + self.lengths.edges[-1] + BESIDE
+        whole, wave, weight = wave, wave[late:], self.weight[late:]
+        left = np.empty((count, len(wave)))
+        unexplained(sounds, shift, factor, self.lengths.first + late, wave, weight, left)
         before = sounds[:, :quiet] / factor[:, None]
         pairs = ~np.eye(count, dtype=bool)
         products, by_noise = left @ left.T, before @ before.T
-        scale = float(self.weight.sum()) / quiet
+        scale, energy = float(weight.sum()) / quiet, float(np.sum(weight * wave**2))
         squares = (products**2 - scale * by_noise**2).sum(axis=1, where=pairs) / (count - 1)
-        total = float(np.mean(np.diag(products) - noise / factor**2))
+        heard = float(weight.sum() / self.weight.sum())
+        total = float(np.mean(np.diag(products) - heard * noise / factor**2))
         certain = float(np.mean(squares) - 2.0 * np.std(squares) / np.sqrt(count))
-        return certain / total if certain > 0.0 < total else 0.0
+        if not (certain > 0.0 and total > INTERPOLATED * energy):
+            return 0.0
+        return certain / total * self._sum(whole, whole) / energy
 
     def _sum(self, a: np.ndarray, b: np.ndarray) -> float:
         return float(np.sum(self.weight * a * b))
