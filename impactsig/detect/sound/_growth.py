@@ -48,28 +48,32 @@ class Growth:
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""
-        size = SLICE * self.rate
-        if self.count < LEAST or size < 1.0:
-            return 0.0
-        sums = np.concatenate(([0.0], np.cumsum(self.total)))
-        last = min(AFTER, int((len(self.total) - self.before) / size))
-        edges = self.before + np.rint(size * np.arange(-NOISE[1], last + 1)).astype(int)
-        if edges[0] < 0:
-            return 0.0
-        slices, widths = np.diff(sums[edges]), np.diff(edges)
-        quiet = slice(0, NOISE[1] - NOISE[0])
-        noise = slices[quiet].sum() / widths[quiet].sum()
-        heard = (slices - noise * widths)[NOISE[1] :]
-        power = heard / widths[NOISE[1] :]
-        level = np.convolve(power, np.full(PEAK, 1.0 / PEAK), mode="valid")
-        at, greatest = int(level.argmax()), level.max()
-        growth = 0.0
-        for span in SPANS:
-            first, second = power[:span].mean(), power[span : 2 * span].mean()
-            if second > first > 0.0:
-                growth = max(growth, math.log(second / first) / (span * size))
-        if not greatest > level[0] > 0.0 or not growth > 0.0:
-            return 0.0
-        rise = math.log(greatest / level[0])
-        growth = max(growth, rise / (at * size))  # as it is until then on the mean
-        return -VARIED / growth * math.expm1(-(rise**2))
+        return spread_of(self.total, self.before, self.rate) if self.count >= LEAST else 0.0
+
+
+def spread_of(total: np.ndarray, before: int, rate: float) -> float:
+    """Standard deviation [samples] of instants about which sounds have this power in `total`.
+
+    It is 0 where the rate is too low, or `total` too short before `before`, to tell.
+    """
+    size = SLICE * rate
+    last = min(AFTER, int((len(total) - before) / size))
+    edges = before + np.rint(size * np.arange(-NOISE[1], last + 1)).astype(int)
+    if size < 1.0 or edges[0] < 0:
+        return 0.0
+    slices, widths = np.diff(np.concatenate(([0.0], np.cumsum(total)))[edges]), np.diff(edges)
+    quiet = slice(0, NOISE[1] - NOISE[0])
+    noise = slices[quiet].sum() / widths[quiet].sum()
+    power = (slices / widths - noise)[NOISE[1] :]
+    growth = 0.0
+    for span in SPANS:
+        first, second = power[:span].mean(), power[span : 2 * span].mean()
+        if second > first > 0.0:
+            growth = max(growth, math.log(second / first) / (span * size))
+    level = np.convolve(power, np.full(PEAK, 1.0 / PEAK), mode="valid")
+    at, greatest = int(level.argmax()), level.max()
+    if not (greatest > level[0] > 0.0 and growth > 0.0):
+        return 0.0
+    rise = math.log(greatest / level[0])
+    growth = max(growth, rise / (at * size))  # as it is until then on the mean
+    return -VARIED / growth * math.expm1(-(rise**2))

@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave, unexplained
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
@@ -42,6 +43,7 @@ CLEAR = 0.02  # fraction of its power left of a sound with so little noise that 
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
+ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # samples between, and fraction unexplained, if of one mode
 INTERPOLATED = 5e-4  # fraction of the power that interpolation may leave of them
 COMPARED = 64  # of them, by which it is found how they differ
 PASSES = 3  # over the impacts learned from
@@ -109,6 +111,7 @@ class Waveform:
     colour: float  # that variance over the one in white noise
     misfit: float  # variance of a sound of factor 1 in a direction in which sounds differ
     lever: float  # variance of the shift of a sound of factor 1, over the misfit
+    phase: float  # variance of shifts that are phases
 
 
 @dataclass
@@ -179,8 +182,8 @@ class Overlay:
             alike = _alike(laid)
             shift, factor, left, _, _, elsewhere = laid[alike].T
             power = left / max(self.weight.sum() - FITTED, 1.0)
-            near = self.wave.gain * power / factor**2 + FINEST_SHIFT**2
-            near += self.wave.lever * self.wave.misfit
+            near = wave.gain * power / factor**2 + FINEST_SHIFT**2
+            near += wave.lever * wave.misfit + wave.phase
             found[alike, 0] = shift - self.wave.latency
             found[alike, 1] = np.sqrt(near + elsewhere)
         return found
@@ -230,8 +233,16 @@ class Overlay:
             shift_wave(wave, lengths.pad, rows)
         certain = self._sum(_slope(halves[0]), _slope(halves[1])) / self._sum(*2 * [_slope(shifts)])
         certain = max(certain, LEAST_CERTAIN)
+        phase = 0.0
+        if self._one_mode(shifts[ROWS // 2]):
+            # Another phase is another shift: only attacks tell how much of either there is.
+            known = max(float(np.median(error)), 12.0**-0.5) ** 2
+            phase = max((DEVIATION_BY_MEDIAN * float(np.median(apart))) ** 2 - known, 0.0)
+            if phase > known:
+                return None
         misfit = self._misfit(shifts[ROWS // 2], sounds[alike], laid[alike])
-        return Waveform(shifts, latency, gain / certain**2, colour, misfit, self._lever(shifts))
+        lever = self._lever(shifts)
+        return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
 
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
         """Tolerated median difference of instants with these errors from shifts."""
@@ -259,6 +270,21 @@ class Overlay:
         wave, slope = shifts[ROWS // 2], _slope(shifts)
         tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
         return np.asarray(self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts))
+
+    def _one_mode(self, wave: np.ndarray) -> bool:
+        """Whether each sample of the wave follows from two earlier ones, as in a decaying tone."""
+        ringing = wave[self.lengths.reach + self.lengths.edges[-1] + BESIDE :]
+        for lag in ONE_LAGS:
+            if len(ringing) < 4 * lag:
+                return False
+            last = ringing[2 * lag :]
+            earlier = np.stack((ringing[: -2 * lag], ringing[lag:-lag]))
+            (a, b), gram = earlier @ last, earlier @ earlier.T
+            square = gram[1, 1] * a * a - 2.0 * gram[0, 1] * a * b + gram[0, 0] * b * b
+            det = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
+            if not square > (1.0 - ONE_LEFT) * det * float(last @ last):
+                return False
+        return True
 
     def _lever(self, shifts: np.ndarray) -> float:
         """Variance of the shift of a sound of factor 1, over that of what the wave leaves of it."""

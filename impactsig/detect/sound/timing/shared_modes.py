@@ -23,12 +23,14 @@ first.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
+from .._growth import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, may_share
@@ -49,6 +51,8 @@ UNLIKE = 0.03  # fraction of the energy that shared modes leave in the median, a
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
 BEGINNING = 1.5e-3  # [s]
+RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
+ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
 
@@ -79,6 +83,7 @@ class SharedModes:
     model: Model | None = None
     latency: float = 0.0  # of the crossing, in the median [samples]
     spread: float = np.nan  # of the crossing about that, or about the start where no model is
+    gradual: float = 0.0  # of instants by the model, as sounds begin gradually [samples]
     crossing: bool = False  # whether crossings are used where no model is
     found: list[np.ndarray] = field(default_factory=list)
 
@@ -196,10 +201,24 @@ class SharedModes:
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
+            self.gradual = self._gradual(plain, instant)
             self.latency = float(np.median(late))
             self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
             return fits
         return None
+
+    def _gradual(self, plain: np.ndarray, instant: np.ndarray) -> float:
+        """Scatter of instants that comes of sounds which begin more slowly than their model."""
+        before, after = (round(t * self.rate) for t in ABOUT)
+        first = np.rint(np.where(np.isfinite(instant), instant, -1.0)).astype(int) - before
+        there = (first >= 0) & (first + before + after <= plain.shape[1])
+        if np.count_nonzero(there) < LEAST:
+            return 0.0
+        about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
+        power = about[there, first[there]] ** 2
+        energy = power.sum(axis=1, keepdims=True)
+        total = np.sum(power / np.where(energy > 0.0, energy, 1.0), axis=0)
+        return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
         """Waves after a filter that whitens their noise, and the white noise of a sample."""
@@ -230,7 +249,7 @@ class SharedModes:
             instant, error, left = fits.T
             alike = left <= STRANGE
             timed[alike, 0] = instant[alike] - attack
-            timed[alike, 1] = error[alike]
+            timed[alike, 1] = np.hypot(error[alike], self.gradual)
         return timed
 
     def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
