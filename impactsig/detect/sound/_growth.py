@@ -21,6 +21,7 @@ NOISE = 2, 8  # slices before the attack in which noise is measured
 PEAK = 2  # slices of the greatest power
 AFTER = 24  # slices after the attack in which that is looked for
 VARIED = 0.5  # standard deviation of the logarithm of the power of sounds at the same age
+FAINTEST = 1e-300  # energy whose reciprocal is finite
 LEAST = 5  # sounds that show it
 
 
@@ -30,25 +31,29 @@ class Growth:
 
     rate: float
     before: int
+    lead: int = field(init=False)  # samples before the attack that are kept
     total: np.ndarray = field(init=False)
     count: int = 0
 
     def __post_init__(self) -> None:
-        self.total = np.zeros(0)
+        quiet, heard = (round(SLICE * self.rate * slices) + 1 for slices in (NOISE[1], AFTER))
+        self.lead = min(quiet, self.before)
+        self.total = np.zeros(self.lead + heard)
 
     def add(self, sounds: np.ndarray) -> None:
-        """Add sounds (n, length); zeros are none."""
-        power = sounds * sounds
-        energy = power[:, self.before :].sum(axis=1)
-        some = energy > 0.0
-        if some.any():
-            mean = (1.0 / energy[some]) @ power[some]
-            self.total = self.total + mean if self.count else mean
-            self.count += int(np.count_nonzero(some))
+        """Add sounds (n, length), of which those of hardly any energy do not count."""
+        first = self.before - self.lead
+        near = sounds[:, first : first + len(self.total)]
+        power = near * near
+        energy = power[:, self.lead :].sum(axis=1)
+        some = energy > FAINTEST
+        weight = np.where(some, 1.0 / np.where(some, energy, 1.0), 0.0)
+        self.total[: power.shape[1]] += weight @ power
+        self.count += int(np.count_nonzero(some))
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""
-        return spread_of(self.total, self.before, self.rate) if self.count >= LEAST else 0.0
+        return spread_of(self.total, self.lead, self.rate) if self.count >= LEAST else 0.0
 
 
 def spread_of(total: np.ndarray, before: int, rate: float) -> float:

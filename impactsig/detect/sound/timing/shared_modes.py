@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import spread_of
+from .._growth import FAINTEST, spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model, chosen_model, may_share
@@ -201,7 +201,7 @@ class SharedModes:
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
-            self.gradual = self._gradual(plain, instant)
+            self.gradual = self._gradual(plain[few], instant[few])
             self.latency = float(np.median(late))
             self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
             return fits
@@ -217,7 +217,7 @@ class SharedModes:
         about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
         power = about[there, first[there]] ** 2
         energy = power.sum(axis=1, keepdims=True)
-        total = np.sum(power / np.where(energy > 0.0, energy, 1.0), axis=0)
+        total = np.sum(power / np.where(energy > FAINTEST, energy, 1.0), axis=0)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
