@@ -106,16 +106,19 @@ def varied(rng, kind: str, modes: Modes, top: float) -> Modes:
     return modes
 
 
-def record(seed: int) -> tuple[Truth, dict]:
-    """A record and what was drawn for it."""
+def record(seed: int, **asked: object) -> tuple[Truth, dict]:
+    """A record and what was drawn for it, but for what is `asked`."""
     rng = np.random.default_rng([seed, 77])
-    rate, level = int(rng.choice(list(RATES))), float(rng.choice(LEVELS))
-    beginning, kind, room = (str(rng.choice(of)) for of in (BEGINNINGS, KINDS, ROOMS))
-    decimator = str(rng.choice([*DECIMATORS, ""]))
+    drawn = {"rate": int(rng.choice(list(RATES))), "level": float(rng.choice(LEVELS))}
+    for name, choices in (("beginning", BEGINNINGS), ("kind", KINDS), ("in", ROOMS)):
+        drawn[name] = str(rng.choice(choices))
+    drawn["filter"] = str(rng.choice([*DECIMATORS, ""]))
+    drawn |= asked
+    rate, level, beginning, kind, room, decimator = drawn.values()
     times = RATES[rate]
     top = min(8000.0, 0.42 * rate)
     if beginning == "burst" and not decimator:
-        decimator = "sox"  # its noise would be folded otherwise
+        drawn["filter"] = decimator = "sox"  # its noise would be folded otherwise
     if not decimator:
         times = 1
     lasting = float(np.exp(rng.uniform(*np.log(LASTING.get(beginning, (1.0, 1.0))))))
@@ -145,8 +148,7 @@ def record(seed: int) -> tuple[Truth, dict]:
     if room == "8 bit":
         step = np.abs(samples).max() / 127.0
         samples = step * np.rint(samples / step)
-    drawn = {"beginning": beginning, "kind": kind, "in": room, "rate": rate, "level": level}
-    drawn |= {"filter": decimator or "none"}
+    drawn["modes"] = modes
     return Truth(samples, float(rate), time, np.full(COUNT, np.nan), strength), drawn
 
 
