@@ -33,7 +33,8 @@ rises are swelling noise (`swells.py`).
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
 instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings before them, their
-common modes do (`sound/timing/shared_modes.py`).
+common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin gradually scatter, by
+the growth of their power (`_growth.py`).
 
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then attacks are timed. Results do not depend on how the record is divided into

@@ -14,6 +14,9 @@ attacks: sounds of the same tones in other phases can be alike after a large shi
 differ in phase, hardly anything between samples can be determined, since a slightly later instant
 with other phases gives the same samples.
 
+The error of a shift includes how sounds differ from each other (`_misfit`), and how much of a shift
+may be the phase of a single mode.
+
 Sounds are compared by the innovations with which attacks are timed, in which hum and low tones of a
 room are weak.
 """

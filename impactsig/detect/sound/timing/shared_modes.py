@@ -15,7 +15,8 @@ slightly later impact with other phases gives the same samples.
 The method does not apply where sounds are more probable without any filter, where modes are not
 shared, or where they leave more than UNLIKE of the energy. If the sounds of a slow record then do
 not begin abruptly, the instant is where the modulus first crosses a fraction of its maximum;
-otherwise it is the attack.
+otherwise it is the attack. A crossing is as uncertain as the time from an earlier one to it.
+Instants by modes of sounds that begin gradually scatter as attacks do (`../_growth.py`).
 
 Results do not depend on how the record is divided. Memory is bounded by the LEARN sounds kept at
 first.
