@@ -46,9 +46,9 @@ CLEAR = 0.02  # fraction of its power left of a sound with so little noise that 
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
-ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # samples between, and fraction unexplained, if of one mode
-INTERPOLATED = 5e-4  # fraction of the power that interpolation may leave of them
-COMPARED = 64  # of them, by which it is found how they differ
+ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
+INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
+COMPARED = 64  # sounds that show how all differ
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
@@ -216,11 +216,12 @@ class Overlay:
             if laid is None:
                 return None
             alike = _alike(laid)
-            shift, factor = laid[alike, 0], laid[alike, 1]
+            fits = laid[alike]
+            shift, factor = fits[:, 0], fits[:, 1]
             late = shift - expected[alike, 0]
             latency = float(np.median(late))
             apart, error = np.abs(late - latency), expected[alike, 1]
-            if np.median(apart) > self._agree(laid[alike], error):
+            if np.median(apart) > self._agree(fits, error):
                 return None
             if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
                 return None
@@ -243,7 +244,7 @@ class Overlay:
             phase = max((DEVIATION_BY_MEDIAN * float(np.median(apart))) ** 2 - known, 0.0)
             if phase > known:
                 return None
-        misfit = self._misfit(shifts[ROWS // 2], sounds[alike], laid[alike])
+        misfit = self._misfit(shifts[ROWS // 2], sounds[alike], fits)
         lever = self._lever(shifts)
         return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
 
