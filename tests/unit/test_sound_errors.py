@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 import impactsig
+from benchmarks import strange_sounds
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
 from impactsig.detect.sound._attack_kernels import (
@@ -17,6 +18,7 @@ from impactsig.detect.sound._attack_kernels import (
     split_variance,
     variance_change,
 )
+from impactsig.detect.sound._growth import VARIED, Growth, spread_of
 
 # Seeds that nothing was chosen on.
 
@@ -138,3 +140,50 @@ def test_of_load_cell_and_microphone_the_exact_one_counts():
     matched = np.abs(both.time[near] - force.time) < 2e-6
     assert matched.mean() > 0.95
     assert (both.time_error[near[matched]] <= (1 + 1e-9) * force.time_error[matched]).all()
+
+
+def strange(seeds, **asked):
+    """Errors and standard errors of impacts in strange sounds."""
+    parts = [errors(strange_sounds.record(seed, **asked)[0]) for seed in seeds]
+    return np.concatenate(parts).T
+
+
+@pytest.mark.parametrize("beginning", ["soft", "very soft"])
+def test_attacks_of_gradual_sounds_are_less_certain(beginning):
+    asked = {"rate": 44_100, "level": 20.0, "kind": "own", "in": "white", "filter": "sox"}
+    off, error = strange((3001, 3002), beginning=beginning, **asked)
+    assert 0.6 < np.std(off / error) < 1.4
+
+
+def test_crossings_of_gradual_sounds_are_less_certain():
+    asked = {"rate": 11_025, "level": 40.0, "kind": "own", "in": "white", "filter": "sox"}
+    off, error = strange((3001, 3002), beginning="very soft", **asked)
+    assert 0.6 < np.std(off / error) < 1.4
+
+
+def test_waveforms_that_differ_in_modes_are_shifted_by_more_than_noise():
+    asked = {"rate": 44_100, "level": 30.0, "kind": "nearly alike", "in": "white", "filter": ""}
+    off, error = strange((3001, 3002, 3004), beginning="at once", **asked)
+    assert np.median(error) < 10e-6  # by their waveform
+    assert 0.6 < np.std(off / error) < 1.8
+
+
+def test_waveforms_of_one_mode_may_be_shifted_by_its_phase():
+    asked = {"rate": 44_100, "level": 30.0, "kind": "nearly alike", "in": "white", "filter": ""}
+    off, error = strange((3003,), beginning="at once", **asked)  # a single mode
+    assert 0.4 < np.std(off / error) < 1.6
+
+
+def test_growth_of_the_mean_power_limits_attacks():
+    rate, before = 44_100.0, 200
+    k = np.arange(1000) - before
+    growing = np.where(k < 0, 1.0, 1.0 + 1e3 * np.exp(np.minimum(k, 300) / 60.0))
+    # VARIED / g, with g = 1/60 a sample, for power that grows by a factor far above 1.
+    assert spread_of(growing, before, rate) == pytest.approx(VARIED * 60.0, rel=0.05)
+    falling = np.where(k < 0, 1.0, 1.0 + 1e3 * np.exp(-np.maximum(k, 0) / 60.0))
+    assert spread_of(falling, before, rate) == 0.0
+    # What is in the sum is the mean, whatever the strengths of sounds are.
+    sums = Growth(rate, before)
+    sums.add(np.sqrt(growing - 1.0) * np.geomspace(1.0, 1e3, 8)[:, None])
+    assert sums.spread() == pytest.approx(VARIED * 60.0, rel=0.05)
+    assert spread_of(np.ones(10), 5, rate) == 0.0

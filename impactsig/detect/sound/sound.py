@@ -33,7 +33,8 @@ rises are swelling noise (`swells.py`).
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
 instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings before them, their
-common modes do (`sound/timing/shared_modes.py`).
+common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin gradually scatter, by
+the growth of their power (`_growth.py`).
 
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then attacks are timed. Results do not depend on how the record is divided into
@@ -57,6 +58,7 @@ from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
 from ._cores import cores_of, window_size
+from ._growth import Growth
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
 from ._nearby import middles
@@ -214,6 +216,7 @@ def search(
     lengths = sound_lengths(rate, scale)
     modes = SharedModes(rate, scale.short_lag, scale.slope)
     overlay = Overlay(lengths, modes.last)
+    growth = Growth(rate, lengths.before)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
@@ -241,6 +244,7 @@ def search(
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
+        growth.add(sounds[passage.probability[here] >= EVEN])
         out[:, 0] += window.segment + window.first - more * scale.hop
         found.append(out)
         chances.append(passage.probability[here])
@@ -262,7 +266,7 @@ def search(
     alike = np.isfinite(by_wave) & (within | (apart <= beside))
     instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
     spread = rate * np.concatenate(spreads)
-    by_attack = np.hypot(attack_errors(columns), spread)
+    by_attack = np.hypot(np.hypot(attack_errors(columns), spread), growth.spread())
     # Where noise hides an attack, modes are now and then those of the noise beside the sound.
     hidden = np.hypot(np.sqrt(columns[:, 3]), spread)
     astray = np.minimum(hidden, hidden**3 / (0.5 * scale.reach) ** 2)

@@ -238,7 +238,7 @@ def likeliest(response, after, far, stride, rows, power, expected, spread):
 
 
 @njit(nogil=True)
-def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, out):
+def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, weight, out):
     """Shift, factor, residual, total and noise sums of squares of each sound.
 
     The last column is the mean square distance of other possible shifts. If a shift of at most
@@ -246,7 +246,7 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
     the `expected` shift of each sound and its spread (first and second column) as prior. `taper`
     weights the coarse shift, `weight` the least squares. Noise is measured before the earliest
     place of the wave, scaled to the wave's sum; a response contains `colour` times white noise of
-    its power.
+    its power. Sounds differ from the wave by `misfit` of its square in any one direction.
     """
     first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
     quiet = first - far
@@ -281,7 +281,7 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
             shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
             # At the wrong shift noise is taken for sound, and less than there is of it is left.
             sample = max(left, noise) / total
-            power = UNSURE * colour * energy * sample
+            power = UNSURE * energy * (colour * sample + misfit * factor * factor)
             if np.isfinite(shift) and power > 0.0:
                 place, spread = expected[i]
                 after[2 * far], least = 0.0, min(left, noise) / total
@@ -295,6 +295,19 @@ def lay_over(sounds, expected, lengths, clear, colour, shifts, taper, weight, ou
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
         out[i, 4], out[i, 5] = noise, beyond
+
+
+@njit(nogil=True)
+def unexplained(sounds, shift, factor, start, wave, weight, out):
+    """out[i]: what the wave leaves of sound i from its sample `start` on, over its factor.
+
+    Samples are multiplied by the root of their weight, so that squares add up to weighted ones.
+    """
+    taps = np.empty(2 * TAPS)
+    for i in range(len(sounds)):
+        between(sounds[i], start + shift[i], taps, out[i])
+        for k in range(len(wave)):
+            out[i, k] = math.sqrt(weight[k]) * (out[i, k] / factor[i] - wave[k])
 
 
 @njit(nogil=True)

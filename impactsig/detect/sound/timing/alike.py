@@ -14,6 +14,9 @@ attacks: sounds of the same tones in other phases can be alike after a large shi
 differ in phase, hardly anything between samples can be determined, since a slightly later instant
 with other phases gives the same samples.
 
+The error of a shift includes how sounds differ from each other (`_misfit`), and how much of a shift
+may be the phase of a single mode.
+
 Sounds are compared by the innovations with which attacks are timed, in which hum and low tones of a
 room are weak.
 """
@@ -26,7 +29,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave
+from ...._numerics.spread import DEVIATION_BY_MEDIAN
+from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave, unexplained
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
@@ -42,6 +46,9 @@ CLEAR = 0.02  # fraction of its power left of a sound with so little noise that 
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
+ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
+INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
+COMPARED = 64  # sounds that show how all differ
 PASSES = 3  # over the impacts learned from
 FITTED = 2  # numbers fitted to a sound
 FINEST_SHIFT = 1e-3  # [samples], to which shifts are computed
@@ -105,6 +112,9 @@ class Waveform:
     latency: float  # shift that leaves their instants at the reference, in the median
     gain: float  # variance of the shift of a sound of factor 1, over the power of its noise
     colour: float  # that variance over the one in white noise
+    misfit: float  # variance of a sound of factor 1 in a direction in which sounds differ
+    lever: float  # variance of the shift of a sound of factor 1, over the misfit
+    phase: float  # variance of shifts that are phases
 
 
 @dataclass
@@ -170,11 +180,13 @@ class Overlay:
         found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
             expected = np.add(expected, (self.wave.latency, 0.0))
-            laid = self._lay(sounds, expected, self.wave.shifts, CLEAR, self.wave.colour)
+            wave = self.wave
+            laid = self._lay(sounds, expected, wave.shifts, CLEAR, wave.colour, wave.misfit)
             alike = _alike(laid)
             shift, factor, left, _, _, elsewhere = laid[alike].T
             power = left / max(self.weight.sum() - FITTED, 1.0)
-            near = self.wave.gain * power / factor**2 + FINEST_SHIFT**2
+            near = wave.gain * power / factor**2 + FINEST_SHIFT**2
+            near += wave.lever * wave.misfit + wave.phase
             found[alike, 0] = shift - self.wave.latency
             found[alike, 1] = np.sqrt(near + elsewhere)
         return found
@@ -206,11 +218,12 @@ class Overlay:
             if laid is None:
                 return None
             alike = _alike(laid)
-            shift, factor = laid[alike, 0], laid[alike, 1]
+            fits = laid[alike]
+            shift, factor = fits[:, 0], fits[:, 1]
             late = shift - expected[alike, 0]
             latency = float(np.median(late))
             apart, error = np.abs(late - latency), expected[alike, 1]
-            if np.median(apart) > self._agree(laid[alike], error):
+            if np.median(apart) > self._agree(fits, error):
                 return None
             if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
                 return None
@@ -225,7 +238,17 @@ class Overlay:
             mean_wave(sounds[alike][half::2], shift[half::2], factor[half::2], part.start, wave)
             shift_wave(wave, lengths.pad, rows)
         certain = self._sum(_slope(halves[0]), _slope(halves[1])) / self._sum(*2 * [_slope(shifts)])
-        return Waveform(shifts, latency, gain / max(certain, LEAST_CERTAIN) ** 2, colour)
+        certain = max(certain, LEAST_CERTAIN)
+        phase = 0.0
+        if self._one_mode(shifts[ROWS // 2]):
+            # Another phase is another shift: only attacks tell how much of either there is.
+            known = max(float(np.median(error)), 12.0**-0.5) ** 2
+            phase = max((DEVIATION_BY_MEDIAN * float(np.median(apart))) ** 2 - known, 0.0)
+            if phase > known:
+                return None
+        misfit = self._misfit(shifts[ROWS // 2], sounds[alike], fits)
+        lever = self._lever(shifts)
+        return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
 
     def _agree(self, laid: np.ndarray, error: np.ndarray) -> float:
         """Tolerated median difference of instants with these errors from shifts."""
@@ -241,13 +264,65 @@ class Overlay:
         The noise is as coloured as what precedes the sounds. Beside it the variance of a response
         to it over that in white noise.
         """
-        wave, slope = shifts[ROWS // 2], _slope(shifts)
-        tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
-        by_sample = self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts)
+        by_sample = self._by_sample(shifts)
+        wave = shifts[ROWS // 2]
         quiet = sounds[:, : self.lengths.first - self.lengths.far]
         count = quiet.shape[1]
         alike = [np.mean(quiet[:, lag:] * quiet[:, : count - lag]) for lag in range(count // 2)]
         return _variance(by_sample, alike), _variance(self.taper * wave, alike, white=True)
+
+    def _by_sample(self, shifts: np.ndarray) -> np.ndarray:
+        """What each sample of a sound of factor 1 contributes to its shift."""
+        wave, slope = shifts[ROWS // 2], _slope(shifts)
+        tt, ts, ss = (self._sum(a, b) for a, b in ((wave, wave), (wave, slope), (slope, slope)))
+        return np.asarray(self.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts))
+
+    def _one_mode(self, wave: np.ndarray) -> bool:
+        """Whether each sample of the wave follows from two earlier ones, as in a decaying tone."""
+        ringing = wave[self.lengths.reach + self.lengths.edges[-1] + BESIDE :]
+        for lag in ONE_LAGS:
+            if len(ringing) < 4 * lag:
+                return False
+            last = ringing[2 * lag :]
+            earlier = np.stack((ringing[: -2 * lag], ringing[lag:-lag]))
+            (a, b), gram = earlier @ last, earlier @ earlier.T
+            square = gram[1, 1] * a * a - 2.0 * gram[0, 1] * a * b + gram[0, 0] * b * b
+            det = gram[0, 0] * gram[1, 1] - gram[0, 1] ** 2
+            if not square > (1.0 - ONE_LEFT) * det * float(last @ last):
+                return False
+        return True
+
+    def _lever(self, shifts: np.ndarray) -> float:
+        """Variance of the shift of a sound of factor 1, over that of what the wave leaves of it."""
+        by_sample, some = self._by_sample(shifts), self.weight > 0.0
+        return float(np.sum(by_sample[some] ** 2 / self.weight[some]))
+
+    def _misfit(self, wave: np.ndarray, sounds: np.ndarray, laid: np.ndarray) -> float:
+        """Variance of a sound of factor 1 in any of the directions in which sounds differ.
+
+        With r what the wave leaves of a sound, C its covariance, less that of the noise, it is
+        tr C^2 / tr C: the trace over the number of directions. As sounds of a few modes differ in
+        a few, it is much more than the power of a sample, and one of them is that of a shift. What
+        lies beside the attack, or is as little as INTERPOLATED, is not theirs.
+        """
+        some = slice(None, None, -(-len(sounds) // COMPARED))
+        sounds, (shift, factor, _, _, noise, _) = sounds[some], laid[some].T
+        count, quiet = len(sounds), self.lengths.first - self.lengths.far
+        late = self.lengths.reach + self.lengths.edges[-1] + BESIDE
+        whole, wave, weight = wave, wave[late:], self.weight[late:]
+        left = np.empty((count, len(wave)))
+        unexplained(sounds, shift, factor, self.lengths.first + late, wave, weight, left)
+        before = sounds[:, :quiet] / factor[:, None]
+        pairs = ~np.eye(count, dtype=bool)
+        products, by_noise = left @ left.T, before @ before.T
+        scale, energy = float(weight.sum()) / quiet, float(np.sum(weight * wave**2))
+        squares = (products**2 - scale * by_noise**2).sum(axis=1, where=pairs) / (count - 1)
+        heard = float(weight.sum() / self.weight.sum())
+        total = float(np.mean(np.diag(products) - heard * noise / factor**2))
+        certain = float(np.mean(squares) - 2.0 * np.std(squares) / np.sqrt(count))
+        if not (certain > 0.0 and total > INTERPOLATED * energy):
+            return 0.0
+        return certain / total * self._sum(whole, whole) / energy
 
     def _sum(self, a: np.ndarray, b: np.ndarray) -> float:
         return float(np.sum(self.weight * a * b))
@@ -272,11 +347,14 @@ class Overlay:
         shifts: np.ndarray,
         clear: float,
         colour: float,
+        misfit: float = 0.0,
     ) -> np.ndarray:
         laid, lengths = np.empty((len(sounds), 6)), self.lengths
         near = expected.copy()
         near[:, 1] = np.maximum(near[:, 1], lengths.reach)
-        lay_over(sounds, near, lengths, clear, colour, shifts, self.taper, self.weight, laid)
+        lay_over(
+            sounds, near, lengths, clear, colour, misfit, shifts, self.taper, self.weight, laid
+        )
         return laid
 
 

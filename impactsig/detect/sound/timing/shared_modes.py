@@ -15,7 +15,8 @@ slightly later impact with other phases gives the same samples.
 The method does not apply where sounds are more probable without any filter, where modes are not
 shared, or where they leave more than UNLIKE of the energy. If the sounds of a slow record then do
 not begin abruptly, the instant is where the modulus first crosses a fraction of its maximum;
-otherwise it is the attack.
+otherwise it is the attack. A crossing is as uncertain as the time from an earlier one to it.
+Instants by modes of sounds that begin gradually scatter as attacks do (`../_growth.py`).
 
 Results do not depend on how the record is divided. Memory is bounded by the LEARN sounds kept at
 first.
@@ -23,12 +24,14 @@ first.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
+from .._growth import FAINTEST, spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import may_share
@@ -43,6 +46,7 @@ NOISE = 4.5e-3  # [s] of it, whose spectrum is that of noise
 QUIET = 3e-3  # [s] of it, once filtered, that noise is read from
 SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
+EARLIER = (0.15, 4.0, 0.6)  # the same for a crossing before that
 LEARN = 256  # impacts that modes are learned from
 CHOOSE = 64  # of them that the filter is chosen by
 SOME = 32  # of these that show whether modes may be shared at all
@@ -50,6 +54,8 @@ UNLIKE = 0.03  # fraction of the energy that shared modes leave in the median, a
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
 BEGINNING = 1.5e-3  # [s]
+RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
+ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
 
@@ -80,6 +86,7 @@ class SharedModes:
     model: Model | None = None
     latency: float = 0.0  # of the crossing, in the median [samples]
     spread: float = np.nan  # of the crossing about that, or about the start where no model is
+    gradual: float = 0.0  # of instants by the model, as sounds begin gradually [samples]
     crossing: bool = False  # whether crossings are used where no model is
     found: list[np.ndarray] = field(default_factory=list)
 
@@ -162,6 +169,10 @@ class SharedModes:
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
+                earlier = self._crossed(plain[few], EARLIER)[:, 0]
+                since = (crossed[few, 0] - earlier)[np.isfinite(earlier)]
+                if len(since):  # between two fractions of a sound it scatters as from its start on
+                    self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
                 timed[LEARN:] = self._timed(waves[LEARN:])
@@ -201,10 +212,24 @@ class SharedModes:
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
+            self.gradual = self._gradual(plain[few], instant[few])
             self.latency = float(np.median(late))
             self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
             return fits
         return None
+
+    def _gradual(self, plain: np.ndarray, instant: np.ndarray) -> float:
+        """Scatter of instants that comes of sounds which begin more slowly than their model."""
+        before, after = (round(t * self.rate) for t in ABOUT)
+        first = np.rint(np.where(np.isfinite(instant), instant, -1.0)).astype(int) - before
+        there = (first >= 0) & (first + before + after <= plain.shape[1])
+        if np.count_nonzero(there) < LEAST:
+            return 0.0
+        about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
+        power = about[there, first[there]] ** 2
+        energy = power.sum(axis=1, keepdims=True)
+        total = np.sum(power / np.where(energy > FAINTEST, energy, 1.0), axis=0)
+        return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
         """Waves after a filter that whitens their noise, and the white noise of a sample."""
@@ -235,7 +260,7 @@ class SharedModes:
             instant, error, left = fits.T
             alike = left <= STRANGE
             timed[alike, 0] = instant[alike] - attack
-            timed[alike, 1] = error[alike]
+            timed[alike, 1] = np.hypot(error[alike], self.gradual)
         return timed
 
     def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
@@ -243,11 +268,11 @@ class SharedModes:
         high_passed(waves, taps, sounds)
         return sounds
 
-    def _crossed(self, plain: np.ndarray) -> np.ndarray:
+    def _crossed(self, plain: np.ndarray, shares: tuple = SHARES) -> np.ndarray:
         """Result of `crossings` for each wave after the high-pass filter."""
         crossed = np.empty((len(plain), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(plain, quiet, begin, end, SHARES, crossed)
+        crossings(plain, quiet, begin, end, shares, crossed)
         return crossed
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
