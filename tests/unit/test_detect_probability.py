@@ -30,6 +30,7 @@ def chances(upward, downward, certain):
         np.asarray(certain, float),
         WIDTHS,
         WIDTHS,
+        1.0,
         both,
     )
     return both[: len(upward)]

@@ -29,8 +29,9 @@ CRESTS = 1.9e-3
 seventh, which the flanks of impacts draw down and noise that is read a little high leaves out."""
 GAUSSIAN = 0.98
 """Mean excess of u^2 / 2 over that at LOWEST, in white noise."""
-PRIOR = 25.0
-"""Crests that the expectation for white noise counts as, beside those seen."""
+PRIOR, OTHERWISE = 25.0, 5.0
+"""Crests that the expectations for white noise count as, beside those seen: their mean excess, and
+their number, which other noise has half or twice of."""
 LEFT = 0.9
 """Share of the crests of noise that is then measured as pulses (`judging_kernels.consistent`)."""
 TRIALS = 15.0
@@ -72,6 +73,7 @@ def probabilities(
     certain: np.ndarray,
     widths_up: float,
     widths_down: float,
+    trials: float,
     out: np.ndarray,
 ) -> None:
     """Probability of each upward crest to be an impact, then of each certain impact.
@@ -84,13 +86,15 @@ def probabilities(
         Heights of what was found at any width.
     widths_up, widths_down : float
         How many widths of the response the time holds that either crests were found in.
+    trials : float
+        Times as many ways to be noise have upward crests as those of one width: 1, or TRIALS.
     out : array (n + k,), filled
     """
     excess = PRIOR * GAUSSIAN
     for u in downward:
         excess += 0.5 * (u * u - LOWEST * LOWEST)
     excess = max(excess / (PRIOR + len(downward)), 0.9)
-    share = (PRIOR + len(downward)) / (PRIOR + CRESTS * widths_down)
+    share = (OTHERWISE + len(downward)) / (OTHERWISE + CRESTS * widths_down)
     count = share * CRESTS * widths_up
     n = len(upward)
     u = np.concatenate((upward, certain))
@@ -99,8 +103,7 @@ def probabilities(
         places[k] = max(0, min(int(math.log(u[k] / LOWEST) / STEP), BINS - 1))
         over = 0.5 * (u[k] * u[k] - LOWEST * LOWEST)
         noise[k] = count / excess * u[k] * u[k] * math.exp(-over / excess)
-        if k >= n:
-            noise[k] *= TRIALS
+        noise[k] *= trials if k < n else TRIALS
         out[k] = 0.0 if k < n else 1.0
     seen, first, impacts, most = np.empty(BINS), np.empty(BINS), np.empty(BINS), np.empty(BINS)
     seen[:] = 0.0
