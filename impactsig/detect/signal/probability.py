@@ -38,9 +38,9 @@ TRIALS = 15.0
 """Times as many ways to be noise has an event that was looked for at all widths about the usual."""
 SEEN, RANGE = 0.001, 4.0 * math.log(2.0)
 """Impacts that are assumed seen before any is, and range of ln u that these are spread over."""
-BANDWIDTH, STEP, BINS = 0.4, 0.07, 50
+BANDWIDTH, STEP, BINS = 0.3, 0.07, 50
 """Of the kernel in ln u; of the bins that it is laid over, and how many."""
-WIDER, MOST = 0.7, 5.0
+WIDER, MOST = 0.7, 20.0
 """Bandwidth of an estimate from the certain impacts alone, and times it that impacts are at most:
 a few high crests of noise, far below all impacts, are no evidence of each other."""
 OWN = 1.29
