@@ -10,7 +10,7 @@ from ..instrument.mains import BASES
 from ..signal.grid import Grid
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
-from ..signal.probability import TRIALS, probabilities
+from ..signal.probability import LOWEST, TRIALS, probabilities
 from .events.width_kernels import EVENT
 from .judging_kernels import (
     SEVERAL,
@@ -169,9 +169,13 @@ class Judge:
         self.faint_probability = np.where(bad, 0.0, chance)
 
     def _weigh_found(self, width: float, little: bool) -> None:
-        """Assign probabilities to events of a width at which no fainter ones are looked for."""
+        """Assign probabilities to events of a width at which no fainter ones are looked for.
+
+        What is not certain is seen among the certain ones: many of these just above the level are
+        no evidence of noise just below it.
+        """
         like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
-        doubtful = like & ~self.certain & self.strong
+        doubtful = like & ~self.certain & self.strong & (self.events[:, 3] > LOWEST)
         if not little and not doubtful.any():
             return
         heights = self.events[doubtful, 3]
@@ -179,7 +183,12 @@ class Judge:
         self.probability[doubtful] = np.maximum(self.probability[doubtful], chance)
 
     def _weigh(
-        self, width: float, upward: np.ndarray, downward: np.ndarray, up: float, down: float,
+        self,
+        width: float,
+        upward: np.ndarray,
+        downward: np.ndarray,
+        up: float,
+        down: float,
         trials: float = 1.0,
     ) -> np.ndarray:
         """Assign probabilities to the certain events of a width; returns those of upward crests.
