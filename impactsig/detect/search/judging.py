@@ -136,7 +136,7 @@ class Judge:
             return None
         width = quantile(self.events[group, 1], 0.5)
         if little < SOME * len(heights) or width < LEAST_WIDTH:
-            self._weigh_found(width, little > 0)
+            self._weigh_found(width, bool(little))
             return None
         return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
 

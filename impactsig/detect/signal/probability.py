@@ -24,6 +24,8 @@ from ..._compiling.compiled import kernel, njit
 
 LOWEST = 3.2
 """Height from which on crests are looked for, in standard deviations of their noise."""
+HIGHEST = 1e6
+"""Height beyond which all are alike: without noise, squares of heights may be no numbers."""
 CRESTS = 1.9e-3
 """For each width of the response, of three samples and more: what is counted in white noise less a
 seventh, which the flanks of impacts draw down and noise that is read a little high leaves out."""
@@ -100,6 +102,7 @@ def probabilities(
     u = np.concatenate((upward, certain))
     places, noise = np.empty(len(u), np.int64), np.empty(len(u))
     for k in range(len(u)):
+        u[k] = min(u[k], HIGHEST)
         places[k] = max(0, min(int(math.log(u[k] / LOWEST) / STEP), BINS - 1))
         over = 0.5 * (u[k] * u[k] - LOWEST * LOWEST)
         noise[k] = count / excess * u[k] * u[k] * math.exp(-over / excess)
