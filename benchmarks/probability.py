@@ -29,7 +29,7 @@ import numpy as np
 
 import impactsig
 from impactsig import plot
-from impactsig.plot.records._calibration_bins import calibration_bins
+from impactsig.plot.records._calibration_bins import CalibrationBins, calibration_bins
 
 from .recordings import load_cell, microphone
 from .sound_disturbances import in_room
@@ -80,6 +80,12 @@ def enough(parts: list, events: int) -> bool:
     return bool(bins.size.min() >= events)
 
 
+def standard_error(bins: CalibrationBins) -> np.ndarray:
+    """Standard error of each observed share, as if one more were an impact and one more not."""
+    share = (bins.observed * bins.size + 1.0) / (bins.size + 2.0)
+    return np.sqrt(share * (1.0 - share) / (bins.size + 2.0))
+
+
 def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray) -> dict:
     """One line of the table."""
     bins = calibration_bins(probability, outcome)
@@ -91,6 +97,7 @@ def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray)
         "count": bins.size.tolist(),
         "predicted": bins.predicted.round(3).tolist(),
         "observed": bins.observed.round(3).tolist(),
+        "error": standard_error(bins).round(3).tolist(),
         "low": bins.low.round(3).tolist(),
         "high": bins.high.round(3).tolist(),
         "greatest off": float(off.max(initial=0.0)),
@@ -122,7 +129,8 @@ def main() -> None:
     panels = figure.subplots(len(asked.sensors), len(asked.levels), squeeze=False)
     lines = []
     print(
-        "sensor   dB  found | stated:observed (how many) of each bin | Brier/constant's | records"
+        "sensor   dB  found | stated:observed+-standard error (how many) of each bin"
+        " | Brier/constant's | records"
     )
     for sensor, axes in zip(asked.sensors, panels, strict=True):
         for level, ax in zip(asked.levels, axes, strict=True):
@@ -137,8 +145,10 @@ def main() -> None:
             line = row(sensor, level, probability, outcome) | {"records": len(parts)}
             lines.append(line)
             cells = "  ".join(
-                f"{a:.2f}:{b:.2f} ({n})"
-                for a, b, n in zip(line["predicted"], line["observed"], line["count"], strict=True)
+                f"{a:.2f}:{b:.2f}+-{e:.2f} ({n})"
+                for a, b, e, n in zip(
+                    *(line[k] for k in ("predicted", "observed", "error", "count")), strict=True
+                )
             )
             held = line["greatest off"] <= OFF and line["ratio"] <= CONSTANT
             print(

@@ -30,6 +30,7 @@ def chances(upward, downward, certain):
         np.asarray(certain, float),
         WIDTHS,
         WIDTHS,
+        1.0,
         both,
     )
     return both[: len(upward)]
@@ -73,6 +74,36 @@ def test_longer_tails_of_the_noise_are_seen_on_the_other_side():
     gaussian, long = noise_crests(rng), noise_crests(rng, 4.0)
     assert chances([5.2], gaussian, near)[0] > 0.95
     assert chances([5.2], long, near)[0] < 0.8
+
+
+def test_few_crests_tell_how_many_the_noise_has():
+    rng = np.random.default_rng(5)
+    near = np.geomspace(5.5, 20.0, 40)
+    noise = noise_crests(rng)
+    assert len(noise) > 30
+    usual, rare = (chances([4.4], those, near)[0] for those in (noise, noise[::3]))
+    assert rare / (1.0 - rare) > 2.1 * usual / (1.0 - usual)
+
+
+def test_more_faint_impacts_than_certain_ones():
+    rng = np.random.default_rng(6)
+    heights = np.exp(rng.normal(np.log(3.5), 0.2, 400)) + rng.standard_normal(400)
+    faint, noise = heights[(heights > LOWEST) & (heights < 5.5)], noise_crests(rng)
+    stated = chances(np.r_[faint, noise], noise_crests(rng), heights[heights >= 5.5])
+    assert abs(stated.sum() - len(faint)) < 0.2 * len(faint)
+
+
+def test_what_is_not_certain_is_weighed_beside_what_is():
+    rate, rng = 20_000.0, np.random.default_rng(7)
+    wave, start = rng.standard_normal(round(20 * rate)), 0.05 + np.arange(1300) * 0.015
+    contact, peak = np.full(len(start), 1e-4), rng.uniform(3.0, 30.0, len(start))
+    add_pulses(wave, rate, start, contact, peak, PULSES["half-sine"])
+    found = impactsig.detect_impacts(
+        impactsig.Recording(wave, rate, sensor="force"), least_probability=0.05
+    )
+    matched = impactsig.match_impacts(found, impactsig.Impacts(start), 1e-3, delay=None)
+    assert len(matched.pairs) >= len(found) - 2  # what noise has at this height are few
+    assert np.count_nonzero(found.probability >= 0.5) > 0.98 * len(found)
 
 
 def test_the_share_of_impacts_among_crests_is_the_probability():

@@ -10,7 +10,7 @@ from ..instrument.mains import BASES
 from ..signal.grid import Grid
 from ..signal.ladder import HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
-from ..signal.probability import probabilities
+from ..signal.probability import LOWEST, TRIALS, probabilities
 from .events.width_kernels import EVENT
 from .judging_kernels import (
     SEVERAL,
@@ -39,6 +39,8 @@ LITTLE, SOME = 1.5, 0.06
 """Times the level of certainty that a faint impact stands at most, and their least share of all."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
+LEAST_FREE = 0.01
+"""Share of the time in which crests of noise are looked for, at least."""
 _NONE = np.empty(0)
 LEAST_SAMPLES = 32
 """A shorter stretch shows no noise to tell an impact from."""
@@ -130,11 +132,11 @@ class Judge:
         group = self.passing & self.certain
         heights = self.events[group, 3]
         little = np.count_nonzero(heights < LITTLE * self.usual_level)
-        if len(heights) < SEVERAL or not little:
+        if len(heights) < SEVERAL:
             return None
         width = quantile(self.events[group, 1], 0.5)
         if little < SOME * len(heights) or width < LEAST_WIDTH:
-            self._weigh(width, _NONE, _NONE, self.samples, self.samples)
+            self._weigh_found(width, bool(little))
             return None
         return int(np.argmin(np.abs(np.log(self.grid.rungs.width / width))))
 
@@ -166,19 +168,39 @@ class Judge:
             bad |= self._lobes(self.faint)
         self.faint_probability = np.where(bad, 0.0, chance)
 
+    def _weigh_found(self, width: float, little: bool) -> None:
+        """Assign probabilities to events of a width at which no fainter ones are looked for.
+
+        What is not certain is seen among the certain ones: many of these just above the level are
+        no evidence of noise just below it.
+        """
+        like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
+        doubtful = like & ~self.certain & self.strong & (self.events[:, 3] > LOWEST)
+        if not little and not doubtful.any():
+            return
+        heights = self.events[doubtful, 3]
+        chance = self._weigh(width, heights, _NONE, self.samples, 0.0, TRIALS)
+        self.probability[doubtful] = np.maximum(self.probability[doubtful], chance)
+
     def _weigh(
-        self, width: float, upward: np.ndarray, downward: np.ndarray, up: float, down: float
+        self,
+        width: float,
+        upward: np.ndarray,
+        downward: np.ndarray,
+        up: float,
+        down: float,
+        trials: float = 1.0,
     ) -> np.ndarray:
         """Assign probabilities to the certain events of a width; returns those of upward crests.
 
-        The crests are those of so many samples.
+        The crests are those of so many samples; noise has so many trials to make an upward one.
         """
         like = np.abs(np.log(self.events[:, 1] / width)) < UNLIKE
         several = self.passing & self.certain & like
         heights = self.events[several, 3]
         n = len(upward)
         out = np.empty(n + len(heights))
-        probabilities(upward, downward, heights, up / width, down / width, out)
+        probabilities(upward, downward, heights, up / width, down / width, trials, out)
         self.probability[several] = np.maximum(self.probability[several], out[n:])
         return out[:n]
 
@@ -204,7 +226,11 @@ class Judge:
 
     def _free(self, events: np.ndarray, reach: float) -> float:
         """Number of samples farther than `reach` widths from any event."""
-        return self.samples - min(2 * reach * events[:, 1].sum(), 0.9 * self.samples)
+        ends = np.maximum.accumulate(events[:, 0] + reach * events[:, 1])
+        starts = events[:, 0] - reach * events[:, 1]
+        starts[1:] = np.maximum(starts[1:], ends[:-1])
+        taken = np.maximum(ends - starts, 0.0).sum()
+        return float(max(self.samples - taken, LEAST_FREE * self.samples))
 
     def _apart(self, crests: np.ndarray, events: np.ndarray, reach: float) -> np.ndarray:
         """Crests farther than `reach` widths from any event, in order of time."""

@@ -24,22 +24,25 @@ from ..._compiling.compiled import kernel, njit
 
 LOWEST = 3.2
 """Height from which on crests are looked for, in standard deviations of their noise."""
+HIGHEST = 1e6
+"""Height beyond which all are alike: without noise, squares of heights may be no numbers."""
 CRESTS = 1.9e-3
 """For each width of the response, of three samples and more: what is counted in white noise less a
 seventh, which the flanks of impacts draw down and noise that is read a little high leaves out."""
 GAUSSIAN = 0.98
 """Mean excess of u^2 / 2 over that at LOWEST, in white noise."""
-PRIOR = 25.0
-"""Crests that the expectation for white noise counts as, beside those seen."""
+PRIOR, OTHERWISE = 25.0, 5.0
+"""Crests that the expectations for white noise count as, beside those seen: their mean excess, and
+their number, which other noise has half or twice of."""
 LEFT = 0.9
 """Share of the crests of noise that is then measured as pulses (`judging_kernels.consistent`)."""
 TRIALS = 15.0
 """Times as many ways to be noise has an event that was looked for at all widths about the usual."""
 SEEN, RANGE = 0.001, 4.0 * math.log(2.0)
 """Impacts that are assumed seen before any is, and range of ln u that these are spread over."""
-BANDWIDTH, STEP, BINS = 0.4, 0.07, 50
+BANDWIDTH, STEP, BINS = 0.3, 0.07, 50
 """Of the kernel in ln u; of the bins that it is laid over, and how many."""
-WIDER, MOST = 0.7, 5.0
+WIDER, MOST = 0.7, 20.0
 """Bandwidth of an estimate from the certain impacts alone, and times it that impacts are at most:
 a few high crests of noise, far below all impacts, are no evidence of each other."""
 OWN = 1.29
@@ -72,6 +75,7 @@ def probabilities(
     certain: np.ndarray,
     widths_up: float,
     widths_down: float,
+    trials: float,
     out: np.ndarray,
 ) -> None:
     """Probability of each upward crest to be an impact, then of each certain impact.
@@ -84,23 +88,25 @@ def probabilities(
         Heights of what was found at any width.
     widths_up, widths_down : float
         How many widths of the response the time holds that either crests were found in.
+    trials : float
+        Times as many ways to be noise have upward crests as those of one width: 1, or TRIALS.
     out : array (n + k,), filled
     """
     excess = PRIOR * GAUSSIAN
     for u in downward:
         excess += 0.5 * (u * u - LOWEST * LOWEST)
     excess = max(excess / (PRIOR + len(downward)), 0.9)
-    share = (PRIOR + len(downward)) / (PRIOR + CRESTS * widths_down)
+    share = (OTHERWISE + len(downward)) / (OTHERWISE + CRESTS * widths_down)
     count = share * CRESTS * widths_up
     n = len(upward)
     u = np.concatenate((upward, certain))
     places, noise = np.empty(len(u), np.int64), np.empty(len(u))
     for k in range(len(u)):
+        u[k] = min(u[k], HIGHEST)
         places[k] = max(0, min(int(math.log(u[k] / LOWEST) / STEP), BINS - 1))
         over = 0.5 * (u[k] * u[k] - LOWEST * LOWEST)
         noise[k] = count / excess * u[k] * u[k] * math.exp(-over / excess)
-        if k >= n:
-            noise[k] *= TRIALS
+        noise[k] *= trials if k < n else TRIALS
         out[k] = 0.0 if k < n else 1.0
     seen, first, impacts, most = np.empty(BINS), np.empty(BINS), np.empty(BINS), np.empty(BINS)
     seen[:] = 0.0
