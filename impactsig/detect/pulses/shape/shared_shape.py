@@ -27,11 +27,13 @@ from ..fit_errors import (
     LEFT_SD,
     MADE,
     NOW,
+    SEEN,
     SHORT,
     TAKEN,
     UNIT,
     ZERO,
 )
+from ._by_mean import share_mean
 from ._common_rest import (
     common_rest,
     is_clear,
@@ -54,6 +56,7 @@ from ._shared_shape_kernels import (
     set_free,
     variance_along,
 )
+from ._template import is_seen
 
 LEAST = 5
 """Pulses that a shape is read from."""
@@ -82,6 +85,9 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
+FAR, UNLIKE = 0.03, 0.5
+"""Of the heights is left, root mean square, or such a share of clear pulses is not followed at all:
+then only the pulses themselves tell how they lie to each other."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -127,7 +133,11 @@ def share_shape(rows, x, origin, timed, told):
     """
     missed, *found = _share_family(rows, x, origin, timed, told)
     if missed:  # few records need it, and it takes long to compile
-        _share_missed(rows, x, origin, timed, told, *found)
+        left, alike, learnt = found[2], found[3], found[8]
+        if _is_far(rows, alike, left) and share_mean(rows, x, origin, timed, left, LEAST):
+            _learn(learnt, told)
+        else:
+            _share_missed(rows, x, origin, timed, told, *found)
 
 
 @allocating
@@ -220,6 +230,17 @@ def _share_missed(
 
 
 @kernel
+def _is_far(rows, alike, left):
+    """Whether the family is so far from clear pulses that they are measured by their mean."""
+    clear = followed = 0
+    for k in range(len(rows)):
+        clear += is_seen(rows[k]) and is_clear(rows[k])
+    for k in alike:
+        followed += is_clear(rows[k])
+    return clear >= LEAST and (left > FAR * FAR or followed < (1.0 - UNLIKE) * clear)
+
+
+@kernel
 def _usual_length(rows, alike):
     """Mean length of pulses [samples], by the squares of their heights; one at least."""
     length = total = 0.0
@@ -266,6 +287,8 @@ def _alike(rows):
     chosen, shown = np.empty(len(rows), np.int64), np.empty(len(rows))
     count = clear = 0
     for k in range(len(rows)):
+        if rows[k, FIT + SEEN] != rows[k, 0]:
+            rows[k, FIT + SEEN] = np.nan  # measured otherwise since
         if _is_fitted(rows[k]) and is_clear(rows[k]):
             shown[clear] = rows[k, FIT + LEFT]
             clear += 1

@@ -1,0 +1,204 @@
+"""Pulses measured with their mean pulse, where no shape of the family is near them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...._compiling.compiled import allocating, kernel
+from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
+from ..fit_errors import LEVEL, NOISE, ZERO
+from ._ends import LEVELS, read_end
+from ._template import (
+    AMPLITUDE,
+    FIRST,
+    HIGH,
+    LAST,
+    LOW,
+    MISFIT,
+    ONE,
+    PLACE,
+    SIGMA,
+    WIDTH,
+    edge_of,
+    fit_to,
+    height_at,
+    lay,
+    lay_clear,
+    place_faint,
+)
+
+FARTHEST = 0.3
+"""Of what the family leaves, root mean square: of more the mean pulse is none."""
+TURNS, SIGNIFICANT = 6, 4.0
+"""Steps of faint pulses; standard errors of a knot that is no noise."""
+COARSE, BETWEEN = 0.13, 0.16
+"""Samples that a touch is off by, as in `_misfit.py`."""
+FARTHER = 0.25
+"""Of the way from where the edge is seen to where it is taken to begin, that it may be off."""
+SAMPLE = 0.29
+"""Standard deviation of a place somewhere between two samples."""
+
+
+@allocating
+def share_mean(rows, x, origin, timed, left, fewest):
+    """Measure pulses by their mean pulse, in place; whether they have one.
+
+    Parameters
+    ----------
+    rows, x, origin, timed
+        As `share_shape` takes them.
+    left : float
+        Mean square of what the family leaves, over that of the heights.
+    fewest : int
+        Clear pulses that show a shape.
+    """
+    possible, clear, mean, about, spread = lay_clear(rows, x, origin, fewest)
+    if not possible or not _is_like(clear, mean, left):
+        return False
+    crest, top, sharp = _crest(mean, about)
+    if crest <= 0.0:
+        return False
+    start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
+    end, end_variance, done, _ = _end(clear, rows, x, origin, mean, -1.0, crest)
+    end, done = -end, -done
+    if not LOW < start < top < end < HIGH:
+        return False
+    for b in range(len(mean.heights)):
+        v = LOW + b * mean.apart
+        if v < start or v > end:
+            mean.heights[b] = 0.0
+    width = math.exp(about)
+    start_variance += (FARTHER * (begun - start)) ** 2
+    end_variance += (FARTHER * (end - done)) ** 2
+    # A jump lies between two samples; of all pulses alike, and of each.
+    jump = SAMPLE * max(1.0 - steep * width, 0.0)
+    few = (BETWEEN / math.sqrt(len(clear.known))) ** 2
+    first = few + (COARSE / max((begun - start) * width, 1.0)) ** 2 + jump**2
+    last = few + (COARSE / max((end - done) * width, 1.0)) ** 2
+    area, tail = 0.0, 0.0
+    for b in range(len(mean.heights)):
+        area += mean.heights[b] * mean.apart
+    tail = abs(height_at(done, mean)) * math.sqrt(end_variance) / 3.0
+    faint = lay(rows, x, origin, False)
+    place_faint(faint, rows, x, origin, mean, about, start, end)
+    for _ in range(2):
+        fit_to(clear, rows, x, origin, mean, about, spread, TURNS)
+    fit_to(faint, rows, x, origin, mean, about, spread, TURNS)
+    peak = (sharp * SAMPLE) ** 2 + 0.5 * _noise_at(mean, top) ** 2
+    for group in range(2):
+        laid = faint if group else clear
+        for i in range(len(laid.known)):
+            one, covariance = laid.known[i], laid.covariance[i]
+            row = rows[int(one[ONE])]
+            kept = row[FIT:]
+            width, height = math.exp(one[WIDTH]), one[AMPLITUDE]
+            if not _is_near(row, kept, one, start, end):
+                continue
+            more = max(one[MISFIT], 1.0) * max((kept[NOISE] / one[SIGMA]) ** 2, 1e-300)
+            at = start * width
+            own = covariance[1, 1] + 2.0 * at * covariance[2, 1] + at * at * covariance[2, 2]
+            shared = start_variance * width**2
+            own = max(own, 0.0) * more + jump**2
+            row[0] = max(kept[ZERO] + one[PLACE] + at, 0.0)
+            row[ERRORS] = math.sqrt(own + shared + first)
+            row[SHARED] = math.sqrt(shared + 0.5 * first)
+            long = (end - start) * width
+            if timed:
+                row[1], row[4] = long, (top - start) * width
+                lasting = (
+                    covariance[2, 2] * long * long * more
+                    + (start_variance + end_variance) * width**2
+                )
+                row[ERRORS + 1] = math.sqrt(lasting + first + last + jump**2)
+            row[2] = height * crest
+            of_height = covariance[0, 0] / height**2 * more
+            base = (kept[LEVEL] / height) ** 2
+            row[ERRORS + 2] = math.sqrt(of_height + base + peak) * row[2]
+            row[SHARED_PEAK] = math.sqrt(peak) * row[2]
+            row[3] = height * width * area
+            both = of_height + more * (covariance[2, 2] + 2.0 * covariance[2, 0] / height)
+            both = max(both, 0.0) + (tail / area) ** 2
+            both += (kept[LEVEL] * (end - start) / (area * height)) ** 2
+            row[ERRORS + 3] = math.sqrt(both) * row[3]
+    return True
+
+
+@kernel
+def _is_near(row, kept, one, start, end):
+    """Whether a pulse is still about where, as long and as high as it was."""
+    width = math.exp(one[WIDTH])
+    at, long = kept[ZERO] + one[PLACE] + start * width, (end - start) * width
+    near = one[AMPLITUDE] > 0.0 and at < row[0] + row[1] and at + long > row[0]
+    return near and one[PLACE] + start * width + kept[ZERO] >= 0.0
+
+
+@kernel
+def _is_like(laid, mean, left):
+    """Whether the mean pulse leaves much less of pulses than the family does."""
+    missed = total = square = 0.0
+    for b in range(len(mean.heights)):
+        square += mean.heights[b] ** 2 * mean.apart
+    for i in range(len(laid.known)):
+        one = laid.known[i]
+        count = one[LAST] - one[FIRST]
+        weight = (one[AMPLITUDE] / one[SIGMA]) ** 2
+        missed += max(one[MISFIT] - 1.0, 0.0) * count
+        total += weight * math.exp(one[WIDTH]) * square
+    return missed < FARTHEST**2 * left * total
+
+
+@kernel
+def _crest(mean, about):
+    """Height of the mean pulse, where it is, and how much it falls within a sample."""
+    count = len(mean.heights)
+    best, at = 0.0, 0
+    for b in range(1, count - 1):
+        if mean.heights[b] > best and mean.heights[b] * math.sqrt(mean.weight[b]) > SIGNIFICANT:
+            best, at = mean.heights[b], b
+    if best <= 0.0:
+        return 0.0, 0.0, 0.0
+    total = number = middle = 0.0
+    noise = 1.0 / math.sqrt(mean.weight[at])
+    for b in range(count):
+        if mean.heights[b] > best * 0.999 - 1.5 * noise and abs(b - at) * mean.apart < 1.0:
+            total += mean.heights[b]
+            middle += LOW + b * mean.apart
+            number += 1.0
+    crest, top = total / number, middle / number
+    one = math.exp(-about)
+    fall = min(crest - height_at(top - one, mean), crest - height_at(top + one, mean))
+    return crest, top, max(fall / crest, 0.0)
+
+
+@kernel
+def _noise_at(mean, v):
+    """Standard error of the mean pulse at a place, over its height."""
+    b = min(max(int((v - LOW) / mean.apart), 0), len(mean.heights) - 1)
+    return 1.0 / math.sqrt(max(mean.weight[b], 1e-300))
+
+
+@allocating
+def _end(laid, rows, x, origin, mean, side, crest):
+    """Where an end lies, its variance, where the edge is first seen; its length to 0.6 there."""
+    u, y, w = edge_of(laid, rows, x, origin, mean, side, crest)
+    count = len(mean.heights)
+    first = np.empty(len(LEVELS), np.int64)
+    place = np.empty(len(LEVELS))
+    for m in range(len(LEVELS)):
+        place[m] = np.inf
+        for k in range(count - 1):
+            b = k if side > 0 else count - 1 - k
+            next_one = b + 1 if side > 0 else b - 1
+            here, there = mean.heights[b] / crest, mean.heights[next_one] / crest
+            seen = mean.weight[b] > 0.0 and here * crest * math.sqrt(mean.weight[b]) > SIGNIFICANT
+            if here >= LEVELS[m] and there >= LEVELS[m] and seen:
+                place[m] = side * (LOW + b * mean.apart)
+                break
+    if len(u) < 8 or place[len(LEVELS) - 1] == np.inf:
+        return 0.0, np.inf, 0.0, 1.0
+    for m in range(len(LEVELS)):
+        first[m] = min(np.searchsorted(u, place[m]), len(u) - 1)
+    at, variance = read_end(u, y, w, first)
+    return at, variance, place[0], place[len(LEVELS) - 1] - place[0]
