@@ -33,10 +33,9 @@ FARTHEST = 0.3
 """Of what the family leaves, root mean square: of more the mean pulse is none."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
-COARSE, BETWEEN = 0.13, 0.16
-"""Samples that a touch is off by, as in `_misfit.py`."""
-FARTHER = 0.25
-"""Of the way from where the edge is seen to where it is taken to begin, that it may be off."""
+FARTHER, TAIL, LONGER = 0.2, 0.9, 0.4
+"""Of the way from where an edge is seen to where it is taken to begin, that it may be off, in full
+where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
 """Standard deviation of a place somewhere between two samples."""
 
@@ -61,7 +60,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
     if crest <= 0.0:
         return False
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
-    end, end_variance, done, _ = _end(clear, rows, x, origin, mean, -1.0, crest)
+    end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
     if not LOW < start < top < end < HIGH:
         return False
@@ -69,14 +68,10 @@ def share_mean(rows, x, origin, timed, left, fewest):
         v = LOW + b * mean.apart
         if v < start or v > end:
             mean.heights[b] = 0.0
-    width = math.exp(about)
-    start_variance += (FARTHER * (begun - start)) ** 2
-    end_variance += (FARTHER * (end - done)) ** 2
+    start_variance += _of_tail(begun - start, steep)
+    end_variance += _of_tail(end - done, gentle)
     # A jump lies between two samples; of all pulses alike, and of each.
-    jump = SAMPLE * max(1.0 - steep * width, 0.0)
-    few = (BETWEEN / math.sqrt(len(clear.known))) ** 2
-    first = few + (COARSE / max((begun - start) * width, 1.0)) ** 2 + jump**2
-    last = few + (COARSE / max((end - done) * width, 1.0)) ** 2
+    jump = SAMPLE * max(1.0 - steep * math.exp(about), 0.0)
     area, tail = 0.0, 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
@@ -102,8 +97,8 @@ def share_mean(rows, x, origin, timed, left, fewest):
             shared = start_variance * width**2
             own = max(own, 0.0) * more + jump**2
             row[0] = max(kept[ZERO] + one[PLACE] + at, 0.0)
-            row[ERRORS] = math.sqrt(own + shared + first)
-            row[SHARED] = math.sqrt(shared + 0.5 * first)
+            row[ERRORS] = math.sqrt(own + shared + jump**2)
+            row[SHARED] = math.sqrt(shared + jump**2)
             long = (end - start) * width
             if timed:
                 row[1], row[4] = long, (top - start) * width
@@ -111,7 +106,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
                     covariance[2, 2] * long * long * more
                     + (start_variance + end_variance) * width**2
                 )
-                row[ERRORS + 1] = math.sqrt(lasting + first + last + jump**2)
+                row[ERRORS + 1] = math.sqrt(lasting + jump**2)
             row[2] = height * crest
             of_height = covariance[0, 0] / height**2 * more
             base = (kept[LEVEL] / height) ** 2
@@ -123,6 +118,13 @@ def share_mean(rows, x, origin, timed, left, fewest):
             both += (kept[LEVEL] * (end - start) / (area * height)) ** 2
             row[ERRORS + 3] = math.sqrt(both) * row[3]
     return True
+
+
+@kernel
+def _of_tail(way, edge):
+    """Variance of the end of an edge that is seen `way` before it and climbs within `edge`."""
+    tail = min(max((way / max(edge, 1e-9) - TAIL) / LONGER, 0.0), 1.0)
+    return (FARTHER * tail * way) ** 2
 
 
 @kernel
