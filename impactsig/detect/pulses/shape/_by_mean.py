@@ -29,8 +29,9 @@ from ._template import (
     place_faint,
 )
 
-FARTHEST = 0.3
-"""Of what the family leaves, root mean square: of more the mean pulse is none."""
+FARTHEST, NOISY = 0.7, 2.0
+"""Of what the family leaves, root mean square, and standard errors of that: where more is left than
+both allow, pulses do not share their mean."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
 FARTHER, TAIL, LONGER = 0.2, 0.9, 0.4
@@ -62,8 +63,9 @@ def share_mean(rows, x, origin, timed, left, fewest):
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
     end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
-    if not LOW < start < top < end < HIGH:
+    if not LOW < start < end < HIGH:
         return False
+    top = min(max(top, start), end)
     for b in range(len(mean.heights)):
         v = LOW + b * mean.apart
         if v < start or v > end:
@@ -71,7 +73,8 @@ def share_mean(rows, x, origin, timed, left, fewest):
     start_variance += _of_tail(begun - start, steep)
     end_variance += _of_tail(end - done, gentle)
     # A jump lies between two samples; of all pulses alike, and of each.
-    jump = SAMPLE * max(1.0 - steep * math.exp(about), 0.0)
+    width = math.exp(about)
+    jump = max(1.0 - steep * width, 0.0) * max(SAMPLE, SAMPLE * mean.apart * width)
     area, tail = 0.0, 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
@@ -139,16 +142,17 @@ def _is_near(row, kept, one, start, end):
 @kernel
 def _is_like(laid, mean, left):
     """Whether the mean pulse leaves much less of pulses than the family does."""
-    missed = total = square = 0.0
+    missed = total = square = samples = 0.0
     for b in range(len(mean.heights)):
         square += mean.heights[b] ** 2 * mean.apart
     for i in range(len(laid.known)):
         one = laid.known[i]
         count = one[LAST] - one[FIRST]
         weight = (one[AMPLITUDE] / one[SIGMA]) ** 2
-        missed += max(one[MISFIT] - 1.0, 0.0) * count
+        missed += (one[MISFIT] - 1.0) * count
+        samples += count
         total += weight * math.exp(one[WIDTH]) * square
-    return missed < FARTHEST**2 * left * total
+    return missed < FARTHEST**2 * left * total + NOISY * math.sqrt(2.0 * samples)
 
 
 @kernel
@@ -203,4 +207,4 @@ def _end(laid, rows, x, origin, mean, side, crest):
     for m in range(len(LEVELS)):
         first[m] = min(np.searchsorted(u, place[m]), len(u) - 1)
     at, variance = read_end(u, y, w, first)
-    return at, variance, place[0], place[len(LEVELS) - 1] - place[0]
+    return min(at, place[0]), variance, place[0], place[len(LEVELS) - 1] - place[0]

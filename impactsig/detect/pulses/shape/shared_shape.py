@@ -85,9 +85,10 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
-FAR, UNLIKE = 0.02, 0.5
-"""Of the heights is left, root mean square, or such a share of clear pulses is not followed at all:
-then only the pulses themselves tell how they lie to each other."""
+FAR, UNLIKE, UNSETTLED = 0.02, 0.5, 2.5
+"""Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
+instants still move by so many errors in the last round: then only the pulses themselves tell how
+they lie to each other."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -136,8 +137,11 @@ def share_shape(rows, x, origin, timed, told):
         left, alike, learnt = found[2], found[3], found[8]
         if _is_far(rows, alike, left) and share_mean(rows, x, origin, timed, left, LEAST):
             _learn(learnt, told)
-        else:
-            _share_missed(rows, x, origin, timed, told, *found)
+            return
+        before = rows.copy()
+        moved = _share_missed(rows, x, origin, timed, told, *found)
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, left, LEAST):
+            rows[:] = before
 
 
 @allocating
@@ -194,8 +198,12 @@ def _share_family(rows, x, origin, timed, told):
 def _share_missed(
     rows, x, origin, timed, told, shown, steep, left, alike, clear, about, mean, spread, learnt
 ):
-    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`."""
+    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`.
+
+    How far clear pulses still moved in the last round [errors].
+    """
     room = make_room()
+    moved = 0.0
     if len(alike) >= LEAST:
         shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
@@ -207,11 +215,11 @@ def _share_missed(
                 for i in range(len(clear)):
                     before[i] = rows[clear[i], 0]
                 shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
-                still = True
+                moved = 0.0
                 for i in range(len(clear)):
                     row = rows[clear[i]]
-                    still &= abs(row[0] - before[i]) < STAYS * row[ERRORS]
-                if still:
+                    moved = max(moved, abs(row[0] - before[i]) / row[ERRORS])
+                if moved < STAYS:
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
@@ -227,6 +235,7 @@ def _share_missed(
     rest, held, error = common_rest(rows, clear, x, origin, room)
     held = max(held - DOUBT * error, 0.0) if shown else 0.0
     correct_misfit(rows, alike, x, origin, left, held, rest, timed)
+    return moved
 
 
 @kernel
