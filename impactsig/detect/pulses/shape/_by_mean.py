@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
-from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
+from ..edges import ERRORS, FIT, NO_PULSE, SHARED, SHARED_PEAK
 from ..fit_errors import LEVEL, NOISE, ZERO
 from ._ends import LEVELS, read_end
 from ._template import (
@@ -34,7 +34,7 @@ FARTHEST, NOISY = 0.7, 2.0
 both allow, pulses do not share their mean."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
-FARTHER, TAIL, LONGER = 0.2, 0.9, 0.4
+FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 """Of the way from where an edge is seen to where it is taken to begin, that it may be off, in full
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
@@ -78,13 +78,16 @@ def share_mean(rows, x, origin, timed, left, fewest):
     area, tail = 0.0, 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
-    tail = abs(height_at(done, mean)) * math.sqrt(end_variance) / 3.0
+    grain = SAMPLE * mean.apart
+    tail = math.hypot(grain, math.sqrt(end_variance) / 3.0) * height_at(done, mean)
+    tail = math.hypot(tail, grain * height_at(begun, mean))
     faint = lay(rows, x, origin, False)
     place_faint(faint, rows, x, origin, mean, about, start, end)
     for _ in range(2):
         fit_to(clear, rows, x, origin, mean, about, spread, TURNS)
     fit_to(faint, rows, x, origin, mean, about, spread, TURNS)
     peak = (sharp * SAMPLE) ** 2 + 0.5 * _noise_at(mean, top) ** 2
+    measured = np.zeros(len(rows), np.bool_)
     for group in range(2):
         laid = faint if group else clear
         for i in range(len(laid.known)):
@@ -94,6 +97,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
             width, height = math.exp(one[WIDTH]), one[AMPLITUDE]
             if not _is_near(row, kept, one, start, end):
                 continue
+            measured[int(one[ONE])] = True
             more = max(one[MISFIT], 1.0) * max((kept[NOISE] / one[SIGMA]) ** 2, 1e-300)
             at = start * width
             own = covariance[1, 1] + 2.0 * at * covariance[2, 1] + at * at * covariance[2, 2]
@@ -120,7 +124,22 @@ def share_mean(rows, x, origin, timed, left, fewest):
             both = max(both, 0.0) + (tail / area) ** 2
             both += (kept[LEVEL] * (end - start) / (area * height)) ** 2
             row[ERRORS + 3] = math.sqrt(both) * row[3]
+    for k in range(len(rows)):
+        if not measured[k]:
+            _doubt(rows[k], (end - start) * math.exp(about), timed)
     return True
+
+
+@kernel
+def _doubt(row, usual, timed):
+    """Increase the errors of a pulse that was measured as none of those it may be one of."""
+    if row[5] == NO_PULSE:
+        return
+    off = abs(usual - row[1]) if timed else 0.0
+    row[ERRORS] = math.hypot(row[ERRORS], 0.5 * off)
+    if timed:
+        row[ERRORS + 1] = math.hypot(row[ERRORS + 1], off)
+    row[ERRORS + 3] = math.hypot(row[ERRORS + 3], row[3] * off / usual)
 
 
 @kernel

@@ -89,6 +89,9 @@ FAR, UNLIKE, UNSETTLED = 0.02, 0.5, 2.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
 instants still move by so many errors in the last round: then only the pulses themselves tell how
 they lie to each other."""
+STEPS = 0.05**2
+"""Mean square, over that of the heights, that a mean pulse may leave where the family does not
+settle."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -140,8 +143,10 @@ def share_shape(rows, x, origin, timed, told):
             return
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
-        if moved > UNSETTLED and share_mean(before, x, origin, timed, left, LEAST):
-            rows[:] = before
+        if moved > UNSETTLED:
+            # A step that lies between two samples is no reason against the mean pulse here.
+            if share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
+                rows[:] = before
 
 
 @allocating
