@@ -91,7 +91,7 @@ instants still move by so many errors in the last round: then only the pulses th
 they lie to each other."""
 STEPS = 0.05**2
 """Mean square, over that of the heights, that a mean pulse may leave where the family does not
-settle."""
+settle: a step, which lies between two samples, is no reason against it there."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -143,10 +143,9 @@ def share_shape(rows, x, origin, timed, told):
             return
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
-        if moved > UNSETTLED:
-            # A step that lies between two samples is no reason against the mean pulse here.
-            if share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
-                rows[:] = before
+        allowed = max(left, STEPS)
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, allowed, LEAST):
+            rows[:] = before
 
 
 @allocating
