@@ -75,12 +75,13 @@ def share_mean(rows, x, origin, timed, left, fewest):
     # A jump lies between two samples; of all pulses alike, and of each.
     width = math.exp(about)
     jump = max(1.0 - steep * width, 0.0) * max(SAMPLE, SAMPLE * mean.apart * width)
-    area, tail = 0.0, 0.0
+    area = 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
-    grain = SAMPLE * mean.apart
-    tail = math.hypot(grain, math.sqrt(end_variance) / 3.0) * height_at(done, mean)
-    tail = math.hypot(tail, grain * height_at(begun, mean))
+    tail = math.hypot(
+        _cut_off(begun - start, steep, start_variance, height_at(begun, mean), mean.apart),
+        _cut_off(end - done, gentle, end_variance, height_at(done, mean), mean.apart),
+    )
     faint = lay(rows, x, origin, False)
     place_faint(faint, rows, x, origin, mean, about, start, end)
     for _ in range(2):
@@ -150,6 +151,13 @@ def _of_tail(way, edge):
 
 
 @kernel
+def _cut_off(way, edge, variance, height, apart):
+    """Standard error of the area below the foot of an edge, or of a step between two knots."""
+    step = SAMPLE * apart * min(2.0 * apart / max(edge, apart), 1.0)
+    return height * math.hypot(step, 0.5 * variance / max(way, apart))
+
+
+@kernel
 def _is_near(row, kept, one, start, end):
     """Whether a pulse is still about where, as long and as high as it was."""
     width = math.exp(one[WIDTH])
@@ -176,7 +184,7 @@ def _is_like(laid, mean, left):
 
 @kernel
 def _crest(mean, about):
-    """Height of the mean pulse, where it is, and how much it falls within a sample."""
+    """Height of the mean pulse, where it is, and how much it falls within a sample or two knots."""
     count = len(mean.heights)
     best, at = 0.0, 0
     for b in range(1, count - 1):
@@ -192,7 +200,7 @@ def _crest(mean, about):
             middle += LOW + b * mean.apart
             number += 1.0
     crest, top = total / number, middle / number
-    one = math.exp(-about)
+    one = max(math.exp(-about), 2.0 * mean.apart)
     fall = min(crest - height_at(top - one, mean), crest - height_at(top + one, mean))
     return crest, top, max(fall / crest, 0.0)
 

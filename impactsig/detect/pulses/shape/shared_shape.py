@@ -85,7 +85,7 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
-FAR, UNLIKE, UNSETTLED = 0.02, 0.5, 2.5
+FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
 instants still move by so many errors in the last round: then only the pulses themselves tell how
 they lie to each other."""
