@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from ...._compiling.compiled import allocating, kernel
 from ..edges import ERRORS, FIT, NO_PULSE, SHARED, SHARED_PEAK
 from ..fit_errors import LEVEL, NOISE, ZERO
 from ._ends import LEVELS, read_end
-from ._template import (
+from ._laying import fit_to, lay, lay_clear, place_faint
+from ._mean_pulse import (
     AMPLITUDE,
     FIRST,
     HIGH,
@@ -22,11 +24,7 @@ from ._template import (
     SIGMA,
     WIDTH,
     edge_of,
-    fit_to,
     height_at,
-    lay,
-    lay_clear,
-    place_faint,
 )
 
 FARTHEST, NOISY = 0.7, 2.0
@@ -39,6 +37,27 @@ FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
 """Standard deviation of a place somewhere between two samples."""
+AS_HIGH = 4.0
+"""Times as high, or as low, as the pulse that was found, one that is measured may be."""
+
+
+class Whole(NamedTuple):
+    """What the mean pulse tells of all pulses; times are in widths, from the first crossing.
+
+    Variances are over the squares of these, of the peak or of the area; that of a jump, which lies
+    between two samples, is in samples.
+    """
+
+    start: float
+    end: float
+    top: float
+    start_variance: float
+    end_variance: float
+    jump: float
+    crest: float
+    peak: float
+    area: float
+    tail: float
 
 
 @allocating
@@ -78,6 +97,8 @@ def share_mean(rows, x, origin, timed, left, fewest):
     area = 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
+    if not area > 0.0:
+        return False
     tail = math.hypot(
         _cut_off(begun - start, steep, start_variance, height_at(begun, mean), mean.apart),
         _cut_off(end - done, gentle, end_variance, height_at(done, mean), mean.apart),
@@ -88,47 +109,68 @@ def share_mean(rows, x, origin, timed, left, fewest):
         fit_to(clear, rows, x, origin, mean, about, spread, TURNS)
     fit_to(faint, rows, x, origin, mean, about, spread, TURNS)
     peak = (sharp * SAMPLE) ** 2 + 0.5 * _noise_at(mean, top) ** 2
+    whole = Whole(
+        start,
+        end,
+        top,
+        start_variance,
+        end_variance,
+        jump**2,
+        crest,
+        peak,
+        area,
+        (tail / area) ** 2,
+    )
     measured = np.zeros(len(rows), np.bool_)
     for group in range(2):
         laid = faint if group else clear
         for i in range(len(laid.known)):
-            one, covariance = laid.known[i], laid.covariance[i]
-            row = rows[int(one[ONE])]
-            kept = row[FIT:]
-            width, height = math.exp(one[WIDTH]), one[AMPLITUDE]
-            if not _is_near(row, kept, one, start, end):
-                continue
-            measured[int(one[ONE])] = True
-            more = max(one[MISFIT], 1.0) * max((kept[NOISE] / one[SIGMA]) ** 2, 1e-300)
-            at = start * width
-            own = covariance[1, 1] + 2.0 * at * covariance[2, 1] + at * at * covariance[2, 2]
-            shared = start_variance * width**2
-            own = max(own, 0.0) * more + jump**2
-            row[0] = max(kept[ZERO] + one[PLACE] + at, 0.0)
-            row[ERRORS] = math.sqrt(own + shared + jump**2)
-            row[SHARED] = math.sqrt(shared + jump**2)
-            long = (end - start) * width
-            if timed:
-                row[1], row[4] = long, (top - start) * width
-                lasting = (
-                    covariance[2, 2] * long * long * more
-                    + (start_variance + end_variance) * width**2
-                )
-                row[ERRORS + 1] = math.sqrt(lasting + jump**2)
-            row[2] = height * crest
-            of_height = covariance[0, 0] / height**2 * more
-            base = (kept[LEVEL] / height) ** 2
-            row[ERRORS + 2] = math.sqrt(of_height + base + peak) * row[2]
-            row[SHARED_PEAK] = math.sqrt(peak) * row[2]
-            row[3] = height * width * area
-            both = of_height + more * (covariance[2, 2] + 2.0 * covariance[2, 0] / height)
-            both = max(both, 0.0) + (tail / area) ** 2
-            both += (kept[LEVEL] * (end - start) / (area * height)) ** 2
-            row[ERRORS + 3] = math.sqrt(both) * row[3]
+            k = int(laid.known[i, ONE])
+            if _is_near(rows[k], laid.known[i], whole, origin + len(x)):
+                _write(rows[k], laid.known[i], laid.covariance[i], whole, timed)
+                measured[k] = True
     for k in range(len(rows)):
         if not measured[k]:
             _doubt(rows[k], (end - start) * math.exp(about), timed)
     return True
+
+
+@kernel
+def _is_near(row, one, whole, limit):
+    """Whether a pulse is about where and as high as it was, and within the samples."""
+    width = math.exp(one[WIDTH])
+    at = row[FIT + ZERO] + one[PLACE] + whole.start * width
+    end = row[FIT + ZERO] + one[PLACE] + whole.end * width
+    ratio = one[AMPLITUDE] * whole.crest / row[2]
+    near = 1.0 / AS_HIGH < ratio < AS_HIGH and at < row[0] + row[1] and end > row[0]
+    return near and at >= 0.0 and end <= limit
+
+
+@kernel
+def _write(row, one, covariance, whole, timed):
+    """Write what is measured of a pulse, with standard errors, into its row."""
+    kept = row[FIT:]
+    width, height, long = math.exp(one[WIDTH]), one[AMPLITUDE], whole.end - whole.start
+    # Shapes that differ scatter by more than noise.
+    more = max(one[MISFIT], 1.0) * (kept[NOISE] / one[SIGMA]) ** 2
+    at = whole.start * width
+    own = covariance[1, 1] + at * (2.0 * covariance[2, 1] + at * covariance[2, 2])
+    shared = whole.start_variance * width**2 + whole.jump
+    row[0] = kept[ZERO] + one[PLACE] + at
+    row[ERRORS] = math.sqrt(max(own, 0.0) * more + shared + whole.jump)
+    row[SHARED] = math.sqrt(shared)
+    if timed:
+        row[1], row[4] = long * width, (whole.top - whole.start) * width
+        both = covariance[2, 2] * more * long**2 + whole.start_variance + whole.end_variance
+        row[ERRORS + 1] = math.sqrt(both * width**2 + whole.jump)
+    of_height = more * covariance[0, 0] / height**2
+    base = kept[LEVEL] / height
+    row[2], row[3] = height * whole.crest, height * width * whole.area
+    row[ERRORS + 2] = math.sqrt(of_height + base**2 + whole.peak) * row[2]
+    row[SHARED_PEAK] = math.sqrt(whole.peak) * row[2]
+    both = of_height + more * (covariance[2, 2] + 2.0 * covariance[2, 0] / height)
+    both = max(both, 0.0) + whole.tail + (base * long / whole.area) ** 2
+    row[ERRORS + 3] = math.sqrt(both) * row[3]
 
 
 @kernel
@@ -155,15 +197,6 @@ def _cut_off(way, edge, variance, height, apart):
     """Standard error of the area below the foot of an edge, or of a step between two knots."""
     step = SAMPLE * apart * min(2.0 * apart / max(edge, apart), 1.0)
     return height * math.hypot(step, 0.5 * variance / max(way, apart))
-
-
-@kernel
-def _is_near(row, kept, one, start, end):
-    """Whether a pulse is still about where, as long and as high as it was."""
-    width = math.exp(one[WIDTH])
-    at, long = kept[ZERO] + one[PLACE] + start * width, (end - start) * width
-    near = one[AMPLITUDE] > 0.0 and at < row[0] + row[1] and at + long > row[0]
-    return near and one[PLACE] + start * width + kept[ZERO] >= 0.0
 
 
 @kernel
@@ -195,6 +228,8 @@ def _crest(mean, about):
     total = number = middle = 0.0
     noise = 1.0 / math.sqrt(mean.weight[at])
     for b in range(count):
+        if not mean.weight[b] > 0.0:
+            continue
         if mean.heights[b] > best * 0.999 - 1.5 * noise and abs(b - at) * mean.apart < 1.0:
             total += mean.heights[b]
             middle += LOW + b * mean.apart

@@ -4,8 +4,9 @@ Skew, flatness, power and length of the edges and the difference of their powers
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
 and faint ones are measured with it. Where no member of the family follows the pulses, the clear
-ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). What noise
-hides in one span may show in others: each tells the next of the spread and of the rest.
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). Where none is
+even near, they are laid on each other and measured by their mean (`_by_mean.py`). What noise hides
+in one span may show in others: each tells the next of the spread and of the rest.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from ._common_rest import (
     linearize_with,
     make_room,
 )
+from ._mean_pulse import is_seen
 from ._misfit import allow_for_unseen, correct_misfit, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
@@ -56,7 +58,6 @@ from ._shared_shape_kernels import (
     set_free,
     variance_along,
 )
-from ._template import is_seen
 
 LEAST = 5
 """Pulses that a shape is read from."""

@@ -1,20 +1,16 @@
-"""The mean pulse of a span, of whatever shape, and the pulses measured with it.
+"""Pulses of one shape, whatever it is, laid on each other.
 
 Where no member of the family is near the pulses, fits of the family say neither how they lie to
-each other nor how long they are. Here clear pulses are brought to lie on each other: each is
-
-    A T((t - t0) / w),
-
-with a mean pulse T of straight lines between knots. Pulses are fitted to T by A, t0 and ln w, and T
-to the pulses so scaled, in turns. The first t0 and w are where the pulse crosses BEGINS of its
-height, so that no shape is assumed. What the clear ones tell of the scatter of ln w is the prior of
-all others, which are measured last.
+each other nor how long they are. Here each pulse is A T((t - t0) / w), with a mean pulse T
+(`_mean_pulse.py`). Pulses are fitted to T by A, t0 and ln w, and T to the pulses so scaled, in
+turns. The first t0 and w are where the pulse crosses BEGINS of its height, so that no shape is
+assumed. What the clear ones tell of the scatter of ln w is the prior of all others, which are
+measured last.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,71 +18,48 @@ from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
 from .._small_matrices import factor, invert, solve
 from ..edges import FIT
-from ..fit_errors import BASE, CLEAR, FROM, NOISE, SEEN, TILT, TO, ZERO
+from ..fit_errors import CLEAR, FROM, NOISE, TO, ZERO
 from ._common_rest import EXACT, MEAN_SLOPE
+from ._mean_pulse import (
+    AMPLITUDE,
+    COLUMNS,
+    FIRST,
+    HIGH,
+    LAST,
+    LOW,
+    MISFIT,
+    ONE,
+    PLACE,
+    SIGMA,
+    WIDTH,
+    Laid,
+    Mean,
+    build,
+    height_at,
+    is_seen,
+    sample,
+)
 
 BEGINS = 0.3
 """Height of the crossings that pulses are first laid on each other by."""
-LOW, HIGH = -1.5, 5.0
-"""Where the mean pulse is looked for [widths at that height, from the first crossing]."""
 FINEST, SAMPLES = 1.0 / 64.0, 4.0
 """Distance of knots [widths], and samples between two at least."""
-SMOOTH = 1e-3
-"""Of the mean weight of a knot: with so much the line between two stays as it was."""
-CURVED, NEAR = 2.0, 3
-"""Second derivative of the mean pulse that is expected at least, and knots to either side that tell
-more of it."""
+COARSEST = 0.25
+"""Distance of knots that shows no shape."""
 ROUNDS, STAYS, STEPS = 10, 0.05, 3
 """Of fits to the mean pulse, until instants stay [errors]; steps in each."""
 FREE, LEAST = 0.5, 5e-4
 """Standard deviation of ln w, before it is known, and no less is it taken to be."""
 SCAN = 24.0
 """Steps in a width in which the place of a faint pulse is looked for."""
-AMPLITUDE, PLACE, WIDTH, FIRST, LAST, SIGMA, MISFIT, ONE = range(8)
-COLUMNS = 8
-"""Of what is known of a pulse: A, t0 and ln w, samples, their noise, misfit over noise; its row."""
-
-
-class Mean(NamedTuple):
-    """The mean pulse: heights at knots, their weights, and distance of knots [widths]."""
-
-    heights: np.ndarray
-    weight: np.ndarray
-    apart: float
-
-
-class Laid(NamedTuple):
-    """Pulses laid on each other: what is known of each, and the covariances of A, t0, ln w."""
-
-    known: np.ndarray  # (n, COLUMNS)
-    covariance: np.ndarray  # (n, 3, 3)
-
-
-@kernel
-def height_at(v, mean):
-    """The mean pulse at a place [widths]; nothing beyond its knots."""
-    place = (v - LOW) / mean.apart
-    if not 0.0 <= place < len(mean.heights) - 1:
-        return 0.0
-    j = int(place)
-    return mean.heights[j] + (place - j) * (mean.heights[j + 1] - mean.heights[j])
-
-
-@kernel
-def sample(x, origin, kept, i):
-    """A sample of a pulse, from the place that it counts from, above its baseline."""
-    return x[int(kept[ZERO]) + i - origin] - kept[BASE] - kept[TILT] * i
-
-
-@kernel
-def is_seen(row):
-    """Whether a pulse is whole, and what it was measured in is kept."""
-    return row[5] == 0 and row[6] == 0 and row[FIT + SEEN] >= 0.0 and row[2] > 0.0
 
 
 @allocating
 def lay(rows, x, origin, clear):
-    """The pulses that are seen; `clear` or the others. With samples up to their neighbours'."""
+    """The pulses that are seen; `clear` or the others. With samples up to their neighbours'.
+
+    Before the first and after the last, up to where they were looked at: what follows is unknown.
+    """
     chosen = np.empty(len(rows), np.int64)
     count = 0
     for k in range(len(rows)):
@@ -98,19 +71,19 @@ def lay(rows, x, origin, clear):
         k = chosen[i]
         kept = rows[k, FIT:]
         zero = kept[ZERO]
-        first, last = origin - zero, origin + len(x) - zero
+        first, last = kept[FROM], kept[TO]
         if k > 0:
             before = rows[k - 1]
             end = before[0] + 1.5 * before[1]
             if is_seen(before):
                 end = before[FIT + ZERO] + before[FIT + TO]
-            first = max(first, math.ceil(end) - zero)
+            first = math.ceil(end) - zero
         if k + 1 < len(rows):
             after = rows[k + 1]
             begin = after[0] - 0.25 * after[1]
             if is_seen(after):
                 begin = after[FIT + ZERO] + after[FIT + FROM]
-            last = min(last, math.floor(begin) - zero)
+            last = math.floor(begin) - zero
         known[i, FIRST] = max(min(first, kept[FROM]), origin - zero)
         known[i, LAST] = min(max(last, kept[TO]), origin + len(x) - zero)
         known[i, SIGMA] = max(kept[NOISE], EXACT * rows[k, 2])
@@ -119,7 +92,7 @@ def lay(rows, x, origin, clear):
 
 
 @kernel
-def cross(row, x, origin, one):
+def _cross(row, x, origin, one):
     """Put the first crossing from outside and the width of a pulse into `one`; whether it has."""
     kept = row[FIT:]
     level, first, last = BEGINS * row[2], int(kept[FROM]), int(kept[TO]) - 1
@@ -145,108 +118,6 @@ def _is_above(x, origin, kept, i, step, level, limit):
     if here < level:
         return False
     return i == limit or here >= 2.0 * level or sample(x, origin, kept, i + step) >= level
-
-
-@allocating
-def build(laid, rows, x, origin, before):
-    """The mean pulse of pulses as they are laid; `before` is that of the last round.
-
-    Samples count less by how much the error of t0 moves them.
-    """
-    count, apart = len(before.heights), before.apart
-    own, beside, right = np.zeros(count), np.zeros(count), np.zeros(count)
-    for i in range(len(laid.known)):
-        one = laid.known[i]
-        kept = rows[int(one[ONE]), FIT:]
-        width, height = math.exp(one[WIDTH]), one[AMPLITUDE]
-        blur = math.sqrt(max(laid.covariance[i, 1, 1], 0.0)) / width
-        near = max(0.5 * apart, MEAN_SLOPE / width)
-        first = int(max(one[FIRST], math.ceil(one[PLACE] + LOW * width)))
-        last = int(min(one[LAST], math.floor(one[PLACE] + HIGH * width)))
-        for j in range(first, last):
-            v = (j - one[PLACE]) / width
-            place = (v - LOW) / apart
-            b = int(place)
-            if not 0 <= b < count - 1:
-                continue
-            slope = (height_at(v + near, before) - height_at(v - near, before)) / (2.0 * near)
-            weight = height**2 / (one[SIGMA] ** 2 + (height * slope * blur) ** 2)
-            value, f = sample(x, origin, kept, j) / height, place - b
-            own[b] += weight * (1.0 - f) ** 2
-            own[b + 1] += weight * f * f
-            beside[b] += weight * f * (1.0 - f)
-            right[b] += weight * (1.0 - f) * value
-            right[b + 1] += weight * f * value
-    total = 0.0
-    for b in range(count):
-        total += own[b]
-    smooth = max(SMOOTH * total / count, 1e-300)
-    weight = own.copy()
-    for b in range(count - 1):
-        change = smooth * (before.heights[b + 1] - before.heights[b])
-        own[b] += smooth
-        own[b + 1] += smooth
-        beside[b] -= smooth
-        right[b] -= change
-        right[b + 1] += change
-    own[0] += smooth
-    own[count - 1] += smooth
-    heights = np.empty(count)
-    none = np.zeros(count)
-    _solve_bands(own, beside, none, right, heights)
-    own_too, beside_too, beyond = own.copy(), beside.copy(), np.zeros(count)
-    for b in range(1, count - 1):
-        one = 1.0 / _bend(heights, own, b, apart)
-        own_too[b - 1] += one
-        own_too[b] += 4.0 * one
-        own_too[b + 1] += one
-        beside_too[b - 1] -= 2.0 * one
-        beside_too[b] -= 2.0 * one
-        beyond[b - 1] += one
-    smoothed = np.empty(count)
-    _solve_bands(own_too, beside_too, beyond, right, smoothed)
-    return Mean(smoothed, weight, apart)
-
-
-@kernel
-def _bend(heights, weight, b, apart):
-    """Expected square of the second difference of heights about a knot, with noise taken off."""
-    total = count = 0.0
-    for k in range(max(b - NEAR, 1), min(b + NEAR + 1, len(heights) - 1)):
-        second = heights[k - 1] - 2.0 * heights[k] + heights[k + 1]
-        total += second**2 - 1.0 / weight[k - 1] - 4.0 / weight[k] - 1.0 / weight[k + 1]
-        count += 1.0
-    return max(total / count, (CURVED * apart * apart) ** 2)
-
-
-@allocating
-def _solve_bands(own, beside, beyond, right, out):
-    """Put the solution of a symmetric positive definite system of five diagonals into `out`."""
-    count = len(own)
-    pivot, first, second = np.empty(count), np.zeros(count), np.zeros(count)
-    for b in range(count):
-        pivot[b] = own[b]
-        if b > 0:
-            pivot[b] -= first[b - 1] ** 2 * pivot[b - 1]
-        if b > 1:
-            pivot[b] -= second[b - 2] ** 2 * pivot[b - 2]
-        pivot[b] = max(pivot[b], 1e-300)
-        first[b] = beside[b]
-        if b > 0:
-            first[b] -= first[b - 1] * second[b - 1] * pivot[b - 1]
-        first[b] /= pivot[b]
-        second[b] = beyond[b] / pivot[b]
-        out[b] = right[b]
-        if b > 0:
-            out[b] -= first[b - 1] * out[b - 1]
-        if b > 1:
-            out[b] -= second[b - 2] * out[b - 2]
-    for b in range(count - 1, -1, -1):
-        out[b] /= pivot[b]
-        if b + 1 < count:
-            out[b] -= first[b] * out[b + 1]
-        if b + 2 < count:
-            out[b] -= second[b] * out[b + 2]
 
 
 @kernel
@@ -330,8 +201,8 @@ def fit_to(laid, rows, x, origin, mean, about, spread, steps):
 
 
 @allocating
-def spread_of(laid, spread):
-    """Mean of ln w, and its standard deviation, from fits with a prior of `spread`."""
+def _spread_of(laid):
+    """Mean of ln w, and its standard deviation, from fits of clear ones."""
     n = len(laid.known)
     noise = np.empty(n)
     for i in range(n):
@@ -368,7 +239,7 @@ def lay_clear(rows, x, origin, fewest):
     every = lay(rows, x, origin, True)
     count = 0
     for i in range(len(every.known)):
-        if cross(rows[int(every.known[i, ONE])], x, origin, every.known[i]):
+        if _cross(rows[int(every.known[i, ONE])], x, origin, every.known[i]):
             every.known[count] = every.known[i]
             count += 1
     laid = Laid(every.known[:count], every.covariance[:count])
@@ -385,9 +256,10 @@ def lay_clear(rows, x, origin, fewest):
     about = centre_of(widths, count)
     for i in range(count):
         _look_within(laid.known[i], about, LOW, HIGH)
+    # Samples in a width, of pulses that count as much as the clearest.
     many = math.exp(about) * square * square / fourth
     apart = max(FINEST, SAMPLES / many)
-    if apart > 0.25:
+    if apart > COARSEST:
         return False, laid, none, 0.0, 1.0
     knots = int((HIGH - LOW) / apart) + 2
     mean = Mean(np.zeros(knots), np.zeros(knots), apart)
@@ -395,10 +267,10 @@ def lay_clear(rows, x, origin, fewest):
     for turn in range(ROUNDS):
         mean = build(laid, rows, x, origin, mean)
         moved = fit_to(laid, rows, x, origin, mean, about, spread, STEPS)
-        about = spread_of(laid, spread)[0]
+        about = _spread_of(laid)[0]
         if turn > 1 and moved < STAYS:
             break
-    about, spread = spread_of(laid, spread)
+    about, spread = _spread_of(laid)
     return True, laid, mean, about, spread
 
 
@@ -436,47 +308,3 @@ def place_faint(laid, rows, x, origin, mean, about, begin, end):
             at += step
         one[PLACE], one[WIDTH], one[AMPLITUDE] = found, about, max(height, 0.1 * row[2])
         _look_within(one, about, begin - 0.5, end + 0.5)
-
-
-STRETCHES = 3
-"""Stretches between two knots in which edges are looked at."""
-
-
-@allocating
-def edge_of(laid, rows, x, origin, mean, side, crest):
-    """The edge of the mean pulse, as `read_end` takes it; `side` -1 for the end."""
-    many = STRETCHES * (len(mean.heights) - 1)
-    apart = mean.apart / STRETCHES
-    sums = np.zeros((3, many))
-    for i in range(len(laid.known)):
-        one = laid.known[i]
-        kept = rows[int(one[ONE]), FIT:]
-        width, height = math.exp(one[WIDTH]), one[AMPLITUDE] * crest
-        near = max(0.5 * mean.apart, MEAN_SLOPE / width)
-        back = _back(laid.covariance[i], width)
-        for j in range(int(one[FIRST]), int(one[LAST])):
-            v = (j - one[PLACE]) / width
-            b = math.floor((v - LOW) / apart)
-            if not 0 <= b < many:
-                continue
-            slope = (height_at(v + near, mean) - height_at(v - near, mean)) / (2.0 * near * crest)
-            blur = (height * slope) ** 2 * max(back[0] + v * (2.0 * back[1] + v * back[2]), 0.0)
-            weight = height**2 / (one[SIGMA] ** 2 + blur)
-            sums[0, b] += weight
-            sums[1, b] += weight * v
-            sums[2, b] += weight * sample(x, origin, kept, j) / height
-    u, y, w = np.empty(many), np.empty(many), np.empty(many)
-    count = 0
-    for k in range(many):
-        b = k if side > 0 else many - 1 - k
-        if sums[0, b] > 0.0:
-            u[count] = side * sums[1, b] / sums[0, b]
-            y[count], w[count] = sums[2, b] / sums[0, b], sums[0, b]
-            count += 1
-    return u[:count], y[:count], w[:count]
-
-
-@kernel
-def _back(covariance, width):
-    """Variances of t0 [widths], with ln w and of ln w."""
-    return covariance[1, 1] / width**2, covariance[2, 1] / width, covariance[2, 2]
