@@ -92,7 +92,7 @@ instants still move by so many errors in the last round: then only the pulses th
 they lie to each other."""
 STEPS = 0.05**2
 """Mean square, over that of the heights, that a mean pulse may leave where the family does not
-settle: a step, which lies between two samples, is no reason against it there."""
+settle or follow: a step, which lies between two samples, is no reason against it there."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -137,15 +137,15 @@ def share_shape(rows, x, origin, timed, told):
         What the spans before tell (see `nothing_told`); this one is added, in place.
     """
     missed, *found = _share_family(rows, x, origin, timed, told)
-    if missed:  # few records need it, and it takes long to compile
-        left, alike, learnt = found[2], found[3], found[8]
-        if _is_far(rows, alike, left) and share_mean(rows, x, origin, timed, left, LEAST):
+    left, alike, learnt = found[2], found[3], found[8]
+    far = _is_far(rows, alike, left if missed else 0.0)
+    if far and share_mean(rows, x, origin, timed, far, LEAST):
+        if missed:
             _learn(learnt, told)
-            return
+    elif missed:  # few records need it, and it takes long to compile
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
-        allowed = max(left, STEPS)
-        if moved > UNSETTLED and share_mean(before, x, origin, timed, allowed, LEAST):
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
             rows[:] = before
 
 
@@ -245,13 +245,15 @@ def _share_missed(
 
 @kernel
 def _is_far(rows, alike, left):
-    """Whether the family is so far from clear pulses that they are measured by their mean."""
+    """Mean square that a mean pulse may leave, if clear pulses are far from the family; else 0."""
+    if left > FAR * FAR:
+        return left
     clear = followed = 0
     for k in range(len(rows)):
         clear += is_seen(rows[k]) and is_clear(rows[k])
     for k in alike:
         followed += is_clear(rows[k])
-    return clear >= LEAST and (left > FAR * FAR or followed < (1.0 - UNLIKE) * clear)
+    return STEPS if followed < (1.0 - UNLIKE) * clear and clear >= LEAST else 0.0
 
 
 @kernel
