@@ -294,6 +294,8 @@ def place_faint(laid, rows, x, origin, mean, about, begin, end):
         from_row = row[0] - kept[ZERO]
         at = from_row - begin * width - 0.5 * (end - begin) * width
         until = from_row + max(row[1], 0.5 * (end - begin) * width)
+        at = max(at, one[FIRST] - end * width)
+        until = min(until, one[LAST] - begin * width)
         best, found, height = 0.0, from_row - begin * width, row[2]
         while at <= until:
             both = own = 0.0
