@@ -37,9 +37,10 @@ FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
 """Standard deviation of a place somewhere between two samples."""
-STEEP = 1.5
-"""Samples from the lowest of LEVELS to the highest: where both edges have fewer, little but a flat
-top is there to be laid on each other, and edges of the family or of single pulses say more.
+STEEP, SHORT = 1.5, 0.05
+"""Samples, and share of the length, from the lowest of LEVELS to the highest: where both edges have
+less, little but a flat top is there to be laid on each other, and its corners overshoot between
+knots. Edges of the family or of single pulses say more.
 """
 AS_HIGH = 4.0
 """Times as high, or as low, as the pulse that was found, one that is measured may be."""
@@ -86,7 +87,9 @@ def share_mean(rows, x, origin, timed, left, fewest):
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
     end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
-    if not LOW < start < end < HIGH or max(steep, gentle) * math.exp(about) < STEEP:
+    if not LOW < start < end < HIGH:
+        return False
+    if max(steep, gentle) < max(STEEP * math.exp(-about), SHORT * (end - start)):
         return False
     top = min(max(top, start), end)
     for b in range(len(mean.heights)):
