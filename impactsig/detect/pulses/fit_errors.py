@@ -55,13 +55,15 @@ FITTED = np.array([0, 0, SKEW_SD**-2, FLAT_SD**-2, POWER_SD**-2, LENGTH_SD**-2, 
 # stands now. Start of what was reported, which is another where the family does not fit; the place
 # that the estimate counts from, first and last sample from there; what one is in units of the
 # fit; the baseline at that place, its slope, and the noise of a sample; the length of a flat top
-# that is less than none, which NOW cannot hold.
+# that is less than none, which NOW cannot hold. Whether there is a fit or not: the start that was
+# reported, NaN where the place, samples, baseline and noise are not kept, and the standard error of
+# the baseline.
 TAKEN, UNIT, EDGE, BESIDE, LEFT, LEFT_SD, ESTIMATE = 0, 1, 2, 3, 6, 7, 8
 SCORE = ESTIMATE + WIDER
 SQUARE = SCORE + WIDER
 NOW = SQUARE + WIDER * WIDER
 MADE = NOW + WIDER
-ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, SHORT, KEPT = range(MADE + 1, MADE + 10)
+ZERO, FROM, TO, SCALE, BASE, TILT, NOISE, SHORT, SEEN, LEVEL, KEPT = range(MADE + 1, MADE + 12)
 
 
 class ErrorRoom(NamedTuple):

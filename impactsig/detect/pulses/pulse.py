@@ -43,9 +43,11 @@ from .fit_errors import (
     BASE,
     ESTIMATE,
     FROM,
+    LEVEL,
     MADE,
     NOISE,
     SCALE,
+    SEEN,
     TAKEN,
     TILT,
     TO,
@@ -133,7 +135,7 @@ def measure_pulse(
         Takes the fit: columns as in `fit_errors.py`; the first is NaN if none is taken.
     room : Room
     """
-    keep[MADE], keep[SCALE] = np.nan, 0.0
+    keep[MADE], keep[SEEN], keep[SCALE] = np.nan, np.nan, 0.0
     reach = measure_reach(width)
     lo, hi = max(origin, peak - reach), min(origin + len(signal), peak + reach + 1)
     place = Place(before, peak, after, lo, hi, total)
@@ -187,8 +189,10 @@ def measure_pulse(
     errors = unless_flagged(x, errors, flags, start, end, seen)
     if keep[SCALE] > 0.0:
         keep[TAKEN], keep[MADE] = lo + keep[ESTIMATE + START], lo + start
+    if flags == 0:
         keep[ZERO], keep[BASE] = lo, base + baseline.at_top - baseline.tilt * top
         keep[TILT], keep[NOISE] = baseline.tilt, seen.noise
+        keep[SEEN], keep[LEVEL] = lo + start, baseline.level
     return Pulse(lo + start, contact, crest, impulse, rise, flags, errors)
 
 
@@ -202,6 +206,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     left_limit, right_limit = extent.left_limit, extent.right_limit
     pad = max(3, (extent.right - extent.left) // 2)
     a, b = max(left_limit, extent.left - pad), min(right_limit, extent.right + pad) + 1
+    keep[FROM], keep[TO] = a, b
     per = (b - a + MAX_POINTS - 1) // MAX_POINTS
     count = (b - a) // per
     points, means, p = room.points[:count], room.means[:count], room.p
@@ -245,7 +250,7 @@ def _by_shape(x, crest, extent, width, sigma, height, seen, keep, room):
     nearly = inside and sloping and p[0] > 0.0 and math.sqrt(fit.misfit) < NEARLY * p[0]
     if fits or nearly:
         errors = fit_errors(points, log_edge, p, fit, per, unit, seen, keep, room.errors)
-        keep[FROM], keep[TO], keep[SCALE] = a, b, unit
+        keep[SCALE] = unit
     if fits and unit <= sigma:
         crest = p[0] * unit  # less noisy than the greatest sample
     elif fits:

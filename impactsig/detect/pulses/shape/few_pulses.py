@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..edges import FIT
-from ..fit_errors import FROM, MADE, TAKEN, TO, ZERO
+from ..fit_errors import FROM, MADE, SEEN, TAKEN, TO, ZERO
 from .shared_shape import nothing_told, share_shape
 
 MANY = 32
@@ -61,7 +61,7 @@ class FewPulses:
         at = BEGIN + np.cumsum([0, *(len(one.samples) for one in some[:-1])])
         kept = rows[:, FIT:]
         moved = at - (kept[:, ZERO] + kept[:, FROM])
-        for column in (rows[:, 0], kept[:, ZERO], kept[:, TAKEN], kept[:, MADE]):
+        for column in (rows[:, 0], kept[:, ZERO], kept[:, TAKEN], kept[:, MADE], kept[:, SEEN]):
             column += moved
         begun = rows[:, 0].copy()
         samples = np.concatenate([one.samples for one in some])

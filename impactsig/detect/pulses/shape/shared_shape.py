@@ -4,8 +4,9 @@ Skew, flatness, power and length of the edges and the difference of their powers
 normally distributed over the pulses of one span. Mean and spread are estimated from all of them
 (`_shared_shape_kernels.py`), each pulse being linear about its fit: clear pulses show the shape,
 and faint ones are measured with it. Where no member of the family follows the pulses, the clear
-ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). What noise
-hides in one span may show in others: each tells the next of the spread and of the rest.
+ones show the rest of their shape (`_common_rest.py`), and the touch (`_misfit.py`). Where none is
+even near, they are laid on each other and measured by their mean (`_by_mean.py`). What noise hides
+in one span may show in others: each tells the next of the spread and of the rest.
 """
 
 from __future__ import annotations
@@ -27,11 +28,13 @@ from ..fit_errors import (
     LEFT_SD,
     MADE,
     NOW,
+    SEEN,
     SHORT,
     TAKEN,
     UNIT,
     ZERO,
 )
+from ._by_mean import share_mean
 from ._common_rest import (
     common_rest,
     is_clear,
@@ -39,6 +42,7 @@ from ._common_rest import (
     linearize_with,
     make_room,
 )
+from ._mean_pulse import is_seen
 from ._misfit import allow_for_unseen, correct_misfit, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
@@ -84,6 +88,13 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
+FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
+"""Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
+instants still move by so many errors in the last round: then only the pulses themselves tell how
+they lie to each other."""
+STEPS = 0.05**2
+"""Mean square, over that of the heights, that a mean pulse may leave where the family does not
+settle or follow: a step, which lies between two samples, is no reason against it there."""
 MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
@@ -128,8 +139,16 @@ def share_shape(rows, x, origin, timed, told):
         What the spans before tell (see `nothing_told`); this one is added, in place.
     """
     missed, *found = _share_family(rows, x, origin, timed, told)
-    if missed:  # few records need it, and it takes long to compile
-        _share_missed(rows, x, origin, timed, told, *found)
+    left, alike, learnt = found[2], found[3], found[8]
+    far = _is_far(rows, alike, left if missed else 0.0)
+    if far and share_mean(rows, x, origin, timed, far, LEAST):
+        if missed:
+            _learn(learnt, told)
+    elif missed:  # few records need it, and it takes long to compile
+        before = rows.copy()
+        moved = _share_missed(rows, x, origin, timed, told, *found)
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
+            rows[:] = before
 
 
 @allocating
@@ -195,8 +214,12 @@ def _share_family(rows, x, origin, timed, told):
 def _share_missed(
     rows, x, origin, timed, told, shown, steep, left, alike, clear, about, mean, spread, learnt
 ):
-    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`."""
+    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`.
+
+    How far clear pulses still moved in the last round [errors].
+    """
     room = make_room()
+    moved = 0.0
     if len(alike) >= LEAST:
         shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
         if shown:
@@ -208,11 +231,11 @@ def _share_missed(
                 for i in range(len(clear)):
                     before[i] = rows[clear[i], 0]
                 shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
-                still = True
+                moved = 0.0
                 for i in range(len(clear)):
                     row = rows[clear[i]]
-                    still &= abs(row[0] - before[i]) < STAYS * row[ERRORS]
-                if still:
+                    moved = max(moved, abs(row[0] - before[i]) / row[ERRORS])
+                if moved < STAYS:
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
@@ -228,6 +251,20 @@ def _share_missed(
     rest, held, error = common_rest(rows, clear, x, origin, room)
     held = max(held - DOUBT * error, 0.0) if shown else 0.0
     correct_misfit(rows, alike, x, origin, left, held, rest, timed)
+    return moved
+
+
+@kernel
+def _is_far(rows, alike, left):
+    """Mean square that a mean pulse may leave, if clear pulses are far from the family; else 0."""
+    if left > FAR * FAR:
+        return left
+    clear = followed = 0
+    for k in range(len(rows)):
+        clear += is_seen(rows[k]) and is_clear(rows[k])
+    for k in alike:
+        followed += is_clear(rows[k])
+    return STEPS if followed < (1.0 - UNLIKE) * clear and clear >= LEAST else 0.0
 
 
 @kernel
@@ -293,6 +330,8 @@ def _alike(rows):
     chosen, shown = np.empty(len(rows), np.int64), np.empty(len(rows))
     count = clear = 0
     for k in range(len(rows)):
+        if rows[k, FIT + SEEN] != rows[k, 0]:
+            rows[k, FIT + SEEN] = np.nan  # measured otherwise since
         if _is_fitted(rows[k]) and is_clear(rows[k]):
             shown[clear] = rows[k, FIT + LEFT]
             clear += 1
