@@ -203,6 +203,7 @@ class SharedModes:
         if chosen is None:
             return None
         (model, held), fits = chosen, np.empty((len(sounds), 3))
+        model.compare(held, STRANGE)
         fits[few], others = model.fit_projected(held), np.ones(len(sounds), bool)
         others[few] = False
         if others.any():
