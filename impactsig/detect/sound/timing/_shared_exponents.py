@@ -87,7 +87,7 @@ def _counts(value: np.ndarray, floor: float) -> list[int]:
         if count and count not in counts:
             counts.append(count)
     else:
-        count = int(np.sum(value > DOUBTFUL * floor))
+        count = int(np.sum(value > max(WEAKEST[-1] * value[-1], DOUBTFUL * floor)))
         count += count % 2
         if counts and counts[-1] < count <= min(MOST_POLES, SPARSE * width):
             counts.append(count)
