@@ -10,6 +10,7 @@ RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and 
 WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
 DOUBTFUL = 1.5  # times it, that may be the stronger of the two eigenvalues of a mode
+ROUNDED = 1e-9  # relative to the greatest, that rounding may leave
 MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
 LEFT = 0.1  # fraction of the energy of rings, beyond noise, that shared modes do not leave
 MODULI = 0.7, 0.9995
@@ -75,20 +76,20 @@ def _rings(
 
 def _counts(value: np.ndarray, floor: float) -> list[int]:
     """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
-    width = len(value)
-    counts: list[int] = []
+    width, counts = len(value), list[int]()
+    most = min(MOST_POLES, SPARSE * width)
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
-        if count > min(MOST_POLES, SPARSE * width):
-            break
+        if count > most:
+            return counts
         beside = float(np.sum(value[: width - count])) - floor * (width - count)
         if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
-            break
+            return counts
         if count and count not in counts:
             counts.append(count)
-    else:
-        count = int(np.sum(value > max(WEAKEST[-1] * value[-1], DOUBTFUL * floor)))
+    for share in (ROUNDED, WEAKEST[-1]):
+        count = int(np.sum(value > max(share * value[-1], DOUBTFUL * floor)))
         count += count % 2
-        if counts and counts[-1] < count <= min(MOST_POLES, SPARSE * width):
-            counts.append(count)
+        if counts and counts[-1] < count <= most:
+            return [*counts, count]
     return counts
