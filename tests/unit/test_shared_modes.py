@@ -24,7 +24,7 @@ from impactsig.detect.sound.timing._edge import (
 )
 from impactsig.detect.sound.timing._mode_basis_kernels import project
 from impactsig.detect.sound.timing._shared_exponents import shared_exponents
-from impactsig.detect.sound.timing._shared_modes_fit import modes_behind
+from impactsig.detect.sound.timing._shared_modes_fit import OWN, modes_behind
 from impactsig.detect.sound.timing._shared_modes_kernels import add_lagged_products, crossings
 from impactsig.detect.sound.timing._shift_kernels import log_probabilities, most_probable
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
@@ -32,6 +32,7 @@ from tests import naive_sound
 
 RATE = 8000.0
 EXPONENTS = np.array([-1 / 48 + 2j * np.pi * 2140 / RATE, -1 / 32 + 2j * np.pi * 3710 / RATE])
+STOPPED = ((2100.0, 5e-3, 1.0), (3700.0, 4e-3, 0.8), (5900.0, 3e-3, 0.6))
 NONE = np.array([0.0, 1.0, 0.0])  # taps that pass everything
 
 
@@ -82,6 +83,19 @@ def test_folded_modes_are_tried_behind_the_filter_that_other_modes_favour():
     truth = band_limited(11_025, "resample_poly", 49.0, 15_101, modes=MODES["sample"])
     _, off = learned(truth)
     assert 1e6 * np.std(off) < 20  # 46 behind the other
+
+
+def test_a_mode_that_a_filter_nearly_stops_times_impacts():
+    # One mode lies within the band; the second is 30 dB weaker there, and below the noise.
+    found, off = learned(band_limited(8000, "decimate", 20.0, 211, modes=STOPPED, count=120))
+    assert 1e6 * np.std(off) < 65  # 89 by the one mode
+    assert 0.75 < np.std(off / found.time_error) < 1.25
+
+
+@pytest.mark.parametrize("seed", [213, 216])
+def test_errors_tell_of_a_mode_that_is_not_found(seed):
+    found, off = learned(band_limited(8000, "decimate", 20.0, seed, modes=STOPPED, count=120))
+    assert 0.8 < np.std(off / found.time_error) < 1.6  # 2.1 and 1.9 if misfits were white noise
 
 
 @pytest.mark.parametrize("rate", [8000, 11_025, 16_000, 22_050])
@@ -245,6 +259,39 @@ def test_the_shift_of_a_sound_without_noise_is_recovered(response):
     assert np.isfinite(fits[1::2]).all()
 
 
+def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
+    """Against bases that are made orthonormal one sound at a time."""
+    taps, response = high_pass(RATE), cliff(0.9)
+    heard = float(np.sum(taps**2))
+    rng = np.random.default_rng(15)
+    truth, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    shifts = rng.integers(-PARTS, PARTS + 1, 24)
+    places = PARTS * np.arange(20, 120) - shifts[:, None]
+    sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
+    model = modes_behind(EXPONENTS[:1], response, taps, RATE, heard)  # one of the two
+    model.noise, model.prior, model.error = 1e-12, (1e-12, 1e-12), 1e-3
+    held = model.projected(sounds, np.full(24, 40.0))
+    model.compare(held, 1.0)
+    modes, _ = step_modes(EXPONENTS[:1], response, taps, -60, 80)
+    fits, left, change = model.fit(sounds, np.full(24, 40.0)), [], []
+    begin, size = held.begins, model.fine[0].shape[2]
+    for sound, first, instant in zip(sounds, begin, fits[:, 0], strict=True):
+        part = sound[first : first + size]
+        shift = int(np.rint(PARTS * (instant - first - model.lead)))
+        fitted = []
+        for one in (shift - 1, shift, shift + 1):
+            columns = modes[:, PARTS * (60 - model.lead + np.arange(size)) - one].T
+            fitted.append((columns, columns @ np.linalg.lstsq(columns, part)[0]))
+        moved, columns = fitted[2][1] - fitted[0][1], fitted[1][0]
+        moved -= columns @ np.linalg.lstsq(columns, moved)[0]
+        left.append((part - fitted[1][1]) / np.linalg.norm(part))
+        change.append(moved / np.linalg.norm(moved))
+    squares = (np.array(change) @ np.array(left).T) ** 2
+    np.fill_diagonal(squares, 0.0)
+    assert model.misfit == pytest.approx(OWN * np.median(squares.sum(axis=0)) / 23, rel=1e-6)
+    assert model.misfit > 0.0
+
+
 def test_exponents_are_those_of_the_sounds():
     rng = np.random.default_rng(9)
     t = np.arange(60)
@@ -256,6 +303,17 @@ def test_exponents_are_those_of_the_sounds():
     # The mode at 3.7 kHz may be one at 4.3, folded.
     folded = others[-1][np.argsort(others[-1].imag)]
     np.testing.assert_allclose(folded.imag[1], 2 * np.pi - EXPONENTS.imag[1], atol=1e-8)
+
+
+def test_a_mode_that_may_be_noise_is_the_last_choice():
+    rng = np.random.default_rng(14)
+    amplitude = rng.standard_normal((200, 2)) + 1j * rng.standard_normal((200, 2))
+    amplitude[:, 1] *= 0.1
+    sounds = (amplitude @ np.exp(EXPONENTS[:, None] * np.arange(60))).real
+    sounds += 0.15 * rng.standard_normal(sounds.shape)
+    choices, _ = shared_exponents(sounds, np.zeros(200), 0.15**2, RATE)
+    assert [len(choice) for choice in choices] == [1, 2]
+    np.testing.assert_allclose(np.sort(choices[-1].imag), EXPONENTS.imag, atol=0.05)
 
 
 def test_sounds_without_modes_in_common_have_no_exponents():

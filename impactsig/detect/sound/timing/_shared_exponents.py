@@ -9,6 +9,8 @@ from ._shared_modes_kernels import add_rings
 RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
 WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
+DOUBTFUL = 1.5  # times it, that may be the stronger of the two eigenvalues of a mode
+ROUNDED = 1e-9  # relative to the greatest, that rounding may leave
 MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
 LEFT = 0.1  # fraction of the energy of rings, beyond noise, that shared modes do not leave
 MODULI = 0.7, 0.9995
@@ -23,9 +25,10 @@ def shared_exponents(
 
     The eigenvectors of the sum of all H'H / |y|^2, H the Hankel matrix of a sound y, span the
     modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
-    returned. The weak modes come in a choice after the strong. A mode near half the rate may
-    be one above it, folded by the sampler: these choices come apart, for without a filter they are
-    the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
+    returned. The weak modes come in a choice after the strong, and last those that may be noise: a
+    mode that a filter stops is weak, but makes the sounds more probable. A mode near half the rate
+    may be one above it, folded by the sampler: these choices come apart, for without a filter they
+    are the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
     rings lies beside the strong ones: the eigenvalues of the others, noise apart.
     """
     from scipy import linalg
@@ -73,15 +76,20 @@ def _rings(
 
 def _counts(value: np.ndarray, floor: float) -> list[int]:
     """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
-    width = len(value)
-    counts: list[int] = []
+    width, counts = len(value), list[int]()
+    most = min(MOST_POLES, SPARSE * width)
     for share in WEAKEST:
         count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
-        if count > min(MOST_POLES, SPARSE * width):
-            break
+        if count > most:
+            return counts
         beside = float(np.sum(value[: width - count])) - floor * (width - count)
         if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
-            break
+            return counts
         if count and count not in counts:
             counts.append(count)
+    for share in (ROUNDED, WEAKEST[-1]):
+        count = int(np.sum(value > max(share * value[-1], DOUBTFUL * floor)))
+        count += count % 2
+        if counts and counts[-1] < count <= most:
+            return [*counts, count]
     return counts

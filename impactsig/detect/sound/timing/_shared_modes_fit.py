@@ -25,6 +25,8 @@ SLOPE_PRIOR = (1.5 * np.pi) ** -2  # that of its slope, for a mode at 1.5 times 
 BOTH_PRIORS = np.outer(PRIORS, (1.0, SLOPE_PRIOR))
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
+COMPARED = 32  # sounds whose misfits are compared
+OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
 @dataclass
@@ -55,6 +57,7 @@ class Model:
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
     evidence: float = -np.inf  # per sound, logarithmic
+    misfit: float = 0.0  # as `error`, of a sound along its change by a shift
 
     @functools.cached_property
     def whole(self) -> tuple[np.ndarray, np.ndarray]:
@@ -120,9 +123,10 @@ class Model:
             energy, fine = self._near(held, there, origin)
             out, floor = np.empty((len(there), 3)), (self.noise, self.error)
             weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
-            which = held.which[there]
+            which, own = held.which[there], self.noise / energy
+            wider = np.maximum((own + self.misfit) / (own + self.error), 1.0)
             fits[which, 0] = origin + self.lead + out[:, 0]
-            fits[which, 1] = np.sqrt(out[:, 1] ** 2 + beyond)
+            fits[which, 1] = np.sqrt(out[:, 1] ** 2 * wider + beyond)
             fits[which, 2] = out[:, 2] - self.freedom * self.noise / energy
         return fits
 
@@ -167,6 +171,50 @@ class Model:
             beaten - BY_PRIOR,
         )
         self.prior = impulse, impulse * SLOPE_PRIOR
+
+    def compare(self, held: Projected, most: float) -> None:
+        """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
+
+        What a model leaves lies in few directions, and one of them may be that in which a shift
+        changes a sound. A fit has taken this part off the sound, but not off others: the misfit
+        is OWN times the mean square of a component of a sound in this direction for all others,
+        noise apart, in the median of the sounds.
+        """
+        there, origin, _ = self._origins(held)
+        some = slice(None, None, max(-(-len(there) // COMPARED), 1))
+        there, origin = there[some], origin[some]
+        energy, fine = self._near(held, there, origin)
+        out, floor = np.empty((len(there), 3)), (self.noise, self.error)
+        weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
+        own = self.noise / energy
+        alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
+        if len(alike) < LEAST:
+            return
+        at = np.rint(PARTS * out[alike, 0]).astype(int) + self.near
+        at = np.clip(at, 1, 2 * self.near - 1)
+        samples = origin[alike, None] + np.arange(self.fine[0].shape[2])
+        sounds = held.sounds[there[alike, None], samples] / np.sqrt(energy[alike, None])
+        own = own[alike]
+        left = sounds - self._fitted(sounds, own, at)
+        change = self._fitted(sounds, own, at + 1) - self._fitted(sounds, own, at - 1)
+        change -= self._fitted(change, own, at)  # by a shift alone
+        size = np.sqrt(np.sum(change**2, axis=1, keepdims=True))
+        change /= np.where(size > 0.0, size, 1.0)
+        squares = (change @ left.T) ** 2 - own
+        others = np.sum(squares, axis=0) - np.diag(squares)
+        self.misfit = OWN * middle(others) / (len(own) - 1)
+
+    def _fitted(self, sounds: np.ndarray, own: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """What the model makes of sounds of energy 1, with their own noise, at fine shifts."""
+        rows, (impulse, slope, both) = self.fine[0][at], self.fine[1][:, at]
+        error = own + self.error
+        impulse, slope = impulse + error / self.prior[0], slope + error / self.prior[1]
+        parts = (rows @ sounds[:, :, None])[:, :, 0]
+        first, second = parts[:, -2].copy(), parts[:, -1].copy()
+        det = impulse * slope - both * both
+        parts[:, -2] = (first * slope - second * both) / det
+        parts[:, -1] = (second * impulse - first * both) / det
+        return np.asarray((parts[:, None] @ rows)[:, 0])
 
     def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Those that start somewhere, the sample at which a fit begins, and a variance.

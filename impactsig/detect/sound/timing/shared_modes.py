@@ -6,7 +6,8 @@ sounds with an abrupt start behind the filter: impacts of one structure have the
 and decays, in any phases. The modes are the poles of the sounds of up to LEARN impacts [Roy1989]_;
 the filter is that of `_edge.responses` under which these sounds are the most probable, given the
 modes; the instant of an impact is the mean of its probability, given both, with any amplitudes of
-the modes (`_shift_kernels.py`), and the standard deviation is its standard error.
+the modes (`_shift_kernels.py`), and the standard deviation is its standard error, increased by
+what the model leaves of other sounds in the direction of a shift.
 
 Modes above the band leave an impulse and its slope behind the filter. Their amplitudes, relative to
 the energy of the sound, are normal with variances estimated from the record: without a bound, a
@@ -203,6 +204,7 @@ class SharedModes:
         if chosen is None:
             return None
         (model, held), fits = chosen, np.empty((len(sounds), 3))
+        model.compare(held, STRANGE)
         fits[few], others = model.fit_projected(held), np.ones(len(sounds), bool)
         others[few] = False
         if others.any():
