@@ -19,6 +19,7 @@ from ._force_impacts import ROW, ForceImpacts, Found, stretches_of
 from .instrument.coupling import time_constant
 from .instrument.dropout_kernels import cut_off
 from .instrument.survey import survey
+from .pulses.alike_pairs import PairsAlike, near_pulses
 from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
@@ -175,6 +176,8 @@ class _Search:
         )
         self.told = nothing_told()  # of shapes, by the spans so far
         self.first: _First | None = None  # which nothing was told
+        self.pairs = PairsAlike(wanted.contact_level == 0)
+        self.sigma = 0.0
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0
@@ -231,6 +234,7 @@ class _Search:
         crests = events[:, 0].copy()  # what each came from, wherever its pulse turns out to lie
         dropouts = np.concatenate([one.first + one.dropouts for one in spans.around(k, 1)])
         noise = Noise(grid.rungs.width, span.noise, span.step)
+        self.sigma = float(span.noise[0]) / RESPONSE
         whole = True
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
@@ -284,6 +288,8 @@ class _Search:
             if len(dropouts):
                 cut_off(rows, dropouts)
             if len(rows):
+                close_by = near_pulses(rows)
+                self.pairs.measure(rows, close_by, self.sigma, samples, origin, learn=False)
                 self.found.few.add(rows, samples, origin)
             rows[:, 0] += segment
         else:
@@ -308,7 +314,9 @@ class _Search:
         told: np.ndarray,
     ) -> None:
         """Measure impacts by the shape that they share, and put what is reported of them."""
+        close_by = near_pulses(rows)
         share_shape(rows, samples, origin, self.wanted.contact_level == 0, told)
+        self.pairs.measure(rows, close_by, self.sigma, samples, origin, learn=True)
         if len(dropouts):
             cut_off(rows, dropouts)
         rows[:, 0] += segment
