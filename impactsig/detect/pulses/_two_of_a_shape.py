@@ -15,7 +15,7 @@ import numpy as np
 from ..._compiling.compiled import allocating, kernel
 from ._small_matrices import factor, invert, solve
 from .edges import FIT
-from .fit_errors import BASE, NOISE, TILT, ZERO
+from .fit_errors import BASE, TILT, ZERO
 
 PER_CONTACT, BEFORE = 32, 2
 KNOTS = PER_CONTACT + 2 * BEFORE + 1
@@ -43,7 +43,8 @@ def add_to_shape(rows, chosen, x, origin, normal, right):
     """
     for k in chosen:
         start, length, height, kept = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, FIT:]
-        weight = (height / max(kept[NOISE], 1e-3 * height)) ** 2
+        # Where the shape goes with the height, the highest are not the mean.
+        weight = 1.0 / length
         margin = BEFORE * length / PER_CONTACT
         first = max(math.ceil(start - margin), origin)
         last = min(int(start + length + margin), origin + len(x) - 1)

@@ -35,7 +35,13 @@ BESIDE = 0.5  # contact times on either side of a pair that are fitted with it
 POINTS = 64  # means of samples in a contact, at most
 SPREAD = 0.03  # of the logarithms of contact times, at least
 LOOSE = 0.25  # of those of pulses of unknown shape
-POWERS = (1.0, 1.35, 1.8)  # of a sine: shapes that an unknown one may be
+LOG, LOG_SD, STEPS = 0.2, 0.3, (0.35, 0.15)
+"""Logarithm of the power of a sine that an unknown shape is expected to be, and its standard
+deviation; steps to either side in which it is looked for."""
+STEP, LEAST, UNKNOWN = 0.1, 0.03, 0.02
+"""Of the logarithm, to see what it moves; of its error; and contact times that ends of other shapes
+are off by."""
+NOWHERE = 1e9  # where the second of one pulse begins
 MISFIT, SHAPE = 2.0, 0.02  # residual variance over the noise's, or over the height's square
 PLACED = 0.4  # contact times that crests may be off from where they were
 AS_LONG = 1.8  # times the usual contact, or less by as much, that one of a pair may last
@@ -62,6 +68,8 @@ class Shape(NamedTuple):
     length: float  # mean logarithm of the contact time
     spread: float
     errors: np.ndarray  # of start, contact time, peak, impulse: what pulses share of them
+    off: np.ndarray  # by how much single pulses differ from the mean shape in these
+    single: np.ndarray  # errors of these by noise, over it
     shared: np.ndarray  # of start and peak
 
 
@@ -100,6 +108,7 @@ class PairsAlike:
         self.timed = timed
         self.normal, self.right = np.zeros((KNOTS, KNOTS)), np.zeros(KNOTS)
         self.last = np.empty((0, FIT + KEPT))
+        self.off = np.empty((0, 2 * SIZES))
 
     def measure(
         self,
@@ -112,31 +121,45 @@ class PairsAlike:
         learn: bool,
     ) -> None:
         """Measure the pairs of a span in its rows; `learn` from those that stand alone."""
-        if not self.timed:
+        if not self.timed or not (near.overlap.any() or len(near.pairs)):
             return
         if learn and len(near.alone):
-            self.normal *= 1.0 - FORGOTTEN
-            self.right *= 1.0 - FORGOTTEN
-            add_to_shape(rows, near.alone, x, origin, self.normal, self.right)
-            self.last = np.concatenate((self.last, rows[near.alone]))[-LAST:]
-        if not near.overlap.any() and not len(near.pairs):
-            return
+            self._learn(rows, near, x, origin)
         shape = self._shape()
         noise = float(np.median(self.last[:, FIT + NOISE])) if len(self.last) else sigma
         done = np.zeros(len(rows), np.bool_)
         for k in near.pairs:
-            first = rows[k - 1, 0] + rows[k - 1, 1] if k > 0 else 0.0
-            last = rows[k + 2, 0] if k + 2 < len(rows) else np.inf
             two = rows[k : k + 2]
-            stretch = _stretch(two, near.usual, first, last, noise, x, origin)
-            if stretch is None:
-                continue
-            fits = _by_shape(two, stretch, shape) if shape else _by_any(two, stretch, near.usual)
-            done[k : k + 2] = fits
+            seen = _stretch(two, near.usual, *_between(rows, k, k + 1), noise, x, origin)
+            if seen is not None:
+                done[k : k + 2] = (
+                    _by_shape(two, seen, shape) if shape else _by_any(two, seen, near.usual)
+                )
         missed = near.overlap & ~done
         rows[missed, 5] = UNRESOLVED
         ends = rows[missed, ERRORS : ERRORS + 2]
         rows[missed, ERRORS : ERRORS + 2] = np.hypot(ends, OFF * near.usual)
+
+    def _learn(self, rows: np.ndarray, near: Near, x: np.ndarray, origin: int) -> None:
+        """Add what the pulses of a span that stand alone show, and how well the shape fits them."""
+        self.normal *= 1.0 - FORGOTTEN
+        self.right *= 1.0 - FORGOTTEN
+        add_to_shape(rows, near.alone, x, origin, self.normal, self.right)
+        self.last = np.concatenate((self.last, rows[near.alone]))[-LAST:]
+        if (shape := self._shape()) is None:
+            return
+        off = []
+        for k in near.alone[-LAST:]:
+            one = rows[k : k + 1]
+            noise = float(one[0, FIT + NOISE])
+            seen = _stretch(one, near.usual, *_between(rows, k, k), noise, x, origin)
+            if seen is not None and (found := _fit(one, seen, shape)) is not None:
+                new = one[0].copy()
+                _put(new, found[0][:3], found[1][:3, :3], seen, shape)
+                sizes = one[0, [1, 1, 2, 3]]
+                apart = (new[:SIZES] - one[0, :SIZES]) / sizes
+                off.append([*apart, *(new[ERRORS : ERRORS + SIZES] * new[2] / (sizes * noise))])
+        self.off = np.concatenate((self.off, np.reshape(off, (-1, 2 * SIZES))))[-LAST:]
 
     def _shape(self) -> Shape | None:
         """The shape, if pulses show it."""
@@ -147,19 +170,29 @@ class PairsAlike:
         contact, peak = some[:, 1], some[:, 2]
         lengths = np.log(contact)
         sizes = np.column_stack((contact, contact, peak, some[:, 3]))
-        return Shape(
+        shared = np.min(some[:, SHARED : SHARED + 2] / sizes[:, [0, 2]], axis=0)
+        shape = Shape(
             knots,
             float(np.median(some[:, 4] / contact)),
             float(np.median(some[:, 3] / (contact * peak))),
             float(np.median(lengths)),
             math.hypot(float(np.std(lengths)), SPREAD),
-            np.min(some[:, ERRORS : ERRORS + SIZES] / sizes, axis=0),
-            np.min(some[:, SHARED : SHARED + 2] / sizes[:, [0, 2]], axis=0),
+            np.zeros(SIZES),
+            np.zeros(SIZES),
+            np.full(SIZES, np.inf),
+            shared,
+        )
+        if not len(self.off):
+            return shape
+        return shape._replace(
+            errors=np.min(some[:, ERRORS : ERRORS + SIZES] / sizes, axis=0),
+            off=np.sqrt(np.mean(self.off[:, :SIZES] ** 2, axis=0)),
+            single=np.median(self.off[:, SIZES:], axis=0),
         )
 
 
 class _Stretch(NamedTuple):
-    """Means of samples about a pair, in units of their noise."""
+    """Means of samples about one or two pulses, in units of their noise."""
 
     points: np.ndarray  # counted from `zero`
     means: np.ndarray
@@ -170,8 +203,14 @@ class _Stretch(NamedTuple):
     height: float
 
 
+def _between(rows: np.ndarray, first: int, last: int) -> tuple[float, float]:
+    """End of the pulse before some, and start of that after them."""
+    before = float(rows[first - 1, 0] + rows[first - 1, 1]) if first > 0 else 0.0
+    return before, float(rows[last + 1, 0]) if last + 1 < len(rows) else np.inf
+
+
 def _stretch(
-    two: np.ndarray,
+    some: np.ndarray,
     usual: float,
     first: float,
     last: float,
@@ -179,15 +218,14 @@ def _stretch(
     x: np.ndarray,
     origin: int,
 ) -> _Stretch | None:
-    """The samples about a pair between its neighbours, None where they are too few."""
-    crests = two[:, 0] + two[:, 4]
+    """The samples about one or two pulses between their neighbours, None where they are too few."""
+    crests = some[:, 0] + some[:, 4]
     margin = (1.0 + BESIDE) * usual
     begin = max(int(crests[0] - margin), int(first) + 1, origin)
-    end = min(int(crests[1] + margin) + 1, origin + len(x))
-    end = min(end, int(last)) if last < end else end
+    end = int(min(crests[-1] + margin + 1.0, last, origin + len(x)))
     per = max(int(usual) // POINTS, 1)
     count = (end - begin) // per
-    height = float(two[:, 2].max())
+    height = float(some[:, 2].max())
     if count < 2 * BOTH or not height > 0.0:
         return None
     unit = max(noise / math.sqrt(per), 1e-3 * height)
@@ -197,84 +235,105 @@ def _stretch(
     return _Stretch(points, means, float(begin), unit, per, crests - begin, height)
 
 
-def _fit(
-    two: np.ndarray, seen: _Stretch, shape: Shape
-) -> tuple[np.ndarray, np.ndarray, float] | None:
-    """Parameters of two pulses of a shape, their covariance and the misfit; None if none fit."""
+def _descend(
+    some: np.ndarray, seen: _Stretch, shape: Shape
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Parameters of one or two pulses of a shape, their covariance and the misfit."""
     p, covariance = np.zeros(BOTH), np.zeros((BOTH, BOTH))
+    p[2] = p[5] = shape.length
+    p[4] = NOWHERE
     p[BOTH - 1] = min(seen.means[:3].mean(), seen.means[-3:].mean())
-    for m in range(2):
-        p[3 * m], p[3 * m + 2] = max(two[m, 2], 0.1 * seen.height) / seen.unit, shape.length
+    for m, row in enumerate(some):
+        p[3 * m] = max(row[2], 0.1 * seen.height) / seen.unit
         p[3 * m + 1] = seen.crests[m] - shape.crest * math.exp(shape.length)
     misfit = fit_two(
         seen.points, seen.means, shape.knots, shape.length, shape.spread, p, covariance
     )
-    high = (SHAPE * seen.height / seen.unit) ** 2
-    if not misfit <= max(MISFIT, high) or min(p[0], p[3]) <= 0.0:
-        return None
-    lengths = np.exp(p[[2, 5]])
-    off = np.abs(p[[1, 4]] + shape.crest * lengths - seen.crests)
-    unlike = np.abs(p[[2, 5]] - shape.length)
-    if (off > PLACED * lengths).any() or (unlike > math.log(AS_LONG)).any():
-        return None
-    if seen.zero + p[1] < 0.0:
-        return None
-    covariance *= 1.0 + max(misfit - 1.0, 0.0) * max(
-        math.exp(shape.length) / (seen.per * RUNS), 1.0
-    )
+    runs = math.exp(shape.length) / (seen.per * RUNS)
+    covariance *= 1.0 + max(misfit - 1.0, 0.0) * max(runs, 1.0)
     return p, covariance, misfit
+
+
+def _fit(
+    some: np.ndarray, seen: _Stretch, shape: Shape
+) -> tuple[np.ndarray, np.ndarray, float] | None:
+    """The same; None where pulses of the shape do not fit."""
+    p, covariance, misfit = _descend(some, seen, shape)
+    high = (SHAPE * seen.height / seen.unit) ** 2
+    heights, starts, logs = (p[m : 3 * len(some) : 3] for m in range(3))
+    if not misfit <= max(MISFIT, high) or not (heights > 0.0).all():
+        return None
+    lengths = np.exp(logs)
+    off = np.abs(starts + shape.crest * lengths - seen.crests)
+    if (off > PLACED * lengths).any() or (np.abs(logs - shape.length) > math.log(AS_LONG)).any():
+        return None
+    return (p, covariance, misfit) if seen.zero + starts[0] >= 0.0 else None
+
+
+def _put(
+    row: np.ndarray, p: np.ndarray, covariance: np.ndarray, seen: _Stretch, shape: Shape
+) -> None:
+    """Write one pulse with its errors into a row."""
+    length, peak = math.exp(p[2]), p[0] * seen.unit
+    impulse = shape.area * peak * length
+    row[0], row[1], row[2], row[3] = seen.zero + p[1], length, peak, impulse
+    row[4], row[5] = shape.crest * length, 0.0
+    relative = covariance[0, 0] / p[0] ** 2
+    both = relative + covariance[2, 2] + 2.0 * covariance[2, 0] / p[0]
+    own = (covariance[1, 1], length**2 * covariance[2, 2], peak**2 * relative, both * impulse**2)
+    sizes = (length, length, peak, impulse)
+    noise = seen.unit * math.sqrt(seen.per)
+    for q in range(SIZES):
+        error = math.sqrt(max(own[q], 0.0))
+        # What moves an end by much where only noise does also does where the shape is another.
+        less = max(error * peak / (sizes[q] * noise * shape.single[q]), 1.0)
+        rest = math.hypot(shape.errors[q], shape.off[q] * less) * sizes[q]
+        row[ERRORS + q] = math.hypot(error, rest)
+    row[SHARED], row[SHARED_PEAK] = shape.shared[0] * length, shape.shared[1] * peak
 
 
 def _by_shape(two: np.ndarray, seen: _Stretch, shape: Shape) -> bool:
     """Measure a pair by a shape; whether it fits."""
-    found = _fit(two, seen, shape)
-    if found is None:
+    if (found := _fit(two, seen, shape)) is None:
         return False
     p, covariance, _ = found
     for m, row in enumerate(two):
-        a, start, log = 3 * m, 3 * m + 1, 3 * m + 2
-        length, peak = math.exp(p[log]), p[a] * seen.unit
-        impulse = shape.area * peak * length
-        row[0], row[1], row[2], row[3] = seen.zero + p[start], length, peak, impulse
-        row[4], row[5] = shape.crest * length, 0.0
-        relative = covariance[a, a] / p[a] ** 2
-        both = relative + covariance[log, log] + 2.0 * covariance[log, a] / p[a]
-        own = (
-            covariance[start, start],
-            length**2 * covariance[log, log],
-            peak**2 * relative,
-            impulse**2 * max(both, 0.0),
-        )
-        sizes = (length, length, peak, impulse)
-        for q in range(SIZES):
-            row[ERRORS + q] = math.sqrt(own[q] + (shape.errors[q] * sizes[q]) ** 2)
-        row[SHARED], row[SHARED_PEAK] = shape.shared[0] * length, shape.shared[1] * peak
+        own = slice(3 * m, 3 * m + 3)
+        _put(row, p[own], covariance[own, own], seen, shape)
     return True
 
 
 def _by_any(two: np.ndarray, seen: _Stretch, usual: float) -> bool:
-    """Measure a pair by the shape that fits it best, with its distance from others as error."""
-    best, kept = np.inf, np.empty((0, 0))
-    every = []
-    for power in POWERS:
-        one = two.copy()
-        place = (np.arange(KNOTS) - BEFORE) / PER_CONTACT
-        knots = np.sin(np.pi * np.clip(place, 0.0, 1.0)) ** power
-        area = float(knots.sum()) / PER_CONTACT
-        none = np.zeros(SIZES)
-        shape = Shape(knots, 0.5, area, math.log(usual), LOOSE, none, none[:2])
-        found = _fit(two, seen, shape)
-        if found is None or not _by_shape(one, seen, shape):
-            continue
-        every.append(one)
-        if found[2] < best:
-            best, kept = found[2], one
-    if not every:
+    """Measure a pair by the power of a sine that fits it best; whether one fits.
+
+    The power is where the parabola through three misfits and its prior is least.
+    """
+    log = LOG
+    for step in STEPS:
+        fits = [_descend(two, seen, _power(log + m * step, usual))[2] for m in (-1, 0, 1)]
+        scale = 0.5 * len(seen.points) / max(min(fits), 1.0)  # of noise, by what the best leaves
+        slope = scale * 0.5 * (fits[2] - fits[0]) / step + (log - LOG) / LOG_SD**2
+        bend = scale * max(fits[2] - 2.0 * fits[1] + fits[0], 0.0) / step**2 + LOG_SD**-2.0
+        if not math.isfinite(slope + bend):
+            return False
+        log -= min(max(slope / bend, -1.5 * step), 1.5 * step)
+    before = two.copy()
+    if not _by_shape(two, seen, _power(log, usual)):
         return False
-    two[:] = kept
-    for one in every:
-        off = np.abs(one[:, :SIZES] - kept[:, :SIZES])
-        two[:, ERRORS : ERRORS + SIZES] = np.maximum(
-            two[:, ERRORS : ERRORS + SIZES], np.hypot(kept[:, ERRORS : ERRORS + SIZES], off)
-        )
+    if not _by_shape(before, seen, _power(log + STEP, usual)):
+        before = two
+    sizes = two[:, [1, 1, 2, 3]]
+    turned = (before[:, :SIZES] - two[:, :SIZES]) / STEP * math.hypot(bend**-0.5, LEAST)
+    ends = np.array([UNKNOWN, UNKNOWN, 0.0, 0.0]) * sizes
+    errors = two[:, ERRORS : ERRORS + SIZES]
+    two[:, ERRORS : ERRORS + SIZES] = np.hypot(np.hypot(errors, turned), ends)
     return True
+
+
+def _power(log: float, usual: float) -> Shape:
+    """The shape of a sine to a power."""
+    place = (np.arange(KNOTS) - BEFORE) / PER_CONTACT
+    knots = np.maximum(np.sin(np.pi * np.clip(place, 0.0, 1.0)), 0.0) ** math.exp(log)
+    area = float(knots.sum()) / PER_CONTACT
+    none, every = np.zeros(SIZES), np.full(SIZES, np.inf)
+    return Shape(knots, 0.5, area, math.log(usual), LOOSE, none, none, every, none[:2])
