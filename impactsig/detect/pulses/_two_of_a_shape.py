@@ -17,7 +17,7 @@ from ._small_matrices import factor, invert, solve
 from .edges import FIT
 from .fit_errors import BASE, TILT, ZERO
 
-PER_CONTACT, BEFORE = 32, 2
+PER_CONTACT, BEFORE = 64, 3
 KNOTS = PER_CONTACT + 2 * BEFORE + 1
 BOTH = 7  # A, t0, ln T of the first, then of the second, and the baseline
 STIFF = 0.02  # weight of a knot's bend, over that of its samples

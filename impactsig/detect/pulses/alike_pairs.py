@@ -35,18 +35,22 @@ BESIDE = 0.5  # contact times on either side of a pair that are fitted with it
 POINTS = 64  # means of samples in a contact, at most
 SPREAD = 0.03  # of the logarithms of contact times, at least
 LOOSE = 0.25  # of those of pulses of unknown shape
-LOG, LOG_SD, STEPS = 0.2, 0.3, (0.35, 0.15)
+LOG, LOG_SD, STEPS = 0.2, 0.3, (0.35, 0.15, 0.05)
 """Logarithm of the power of a sine that an unknown shape is expected to be, and its standard
 deviation; steps to either side in which it is looked for."""
-STEP, LEAST, UNKNOWN = 0.1, 0.03, 0.02
-"""Of the logarithm, to see what it moves; of its error; and contact times that ends of other shapes
-are off by."""
+STEP, HIDDEN, HIDES = 0.1, (1.2, 2.2), 3.0
+"""Of the logarithm, to see what it moves; contact times that starts and contact times of shapes
+outside of a family are off by, times what is left of them over the height; and standard deviations
+of chi squared that noise hides of it."""
+LOWEST, HIGHEST = -0.3, 0.9  # logarithms of powers
+MOST = 8  # pairs of a span that tell the power, at most
 NOWHERE = 1e9  # where the second of one pulse begins
 MISFIT, SHAPE = 2.0, 0.02  # residual variance over the noise's, or over the height's square
 PLACED = 0.4  # contact times that crests may be off from where they were
 AS_LONG = 1.8  # times the usual contact, or less by as much, that one of a pair may last
 RUNS = 8.0  # runs of alike rest in a contact, where the shape misses more than noise
-OFF = 0.15  # contact times that an end may be off where no two pulses fit
+OFF = 2.0  # contact times that ends are off where no two pulses fit, times how far from that of a
+# half-sine the area is over height and contact time
 SIZES = 4  # start, contact time, peak and impulse
 
 
@@ -80,7 +84,8 @@ def near_pulses(rows: np.ndarray) -> Near:
     """
     whole = np.isin(rows[:, 5], (0, UNRESOLVED)) & (rows[:, 6] == 0)
     fitted = (rows[:, 5] == 0) & whole & (rows[:, FIT + MADE] == rows[:, 0])
-    known = fitted if fitted.any() else whole
+    known = whole & (rows[:, 5] == 0)
+    known = known if known.any() else whole
     if not known.any():
         none = np.empty(0, np.intp)
         return Near(none, none, np.zeros(len(rows), np.bool_), 1.0)
@@ -98,6 +103,13 @@ def near_pulses(rows: np.ndarray) -> Near:
     return Near(np.flatnonzero(pair), np.flatnonzero(alone), overlap, usual)
 
 
+class Power(NamedTuple):
+    """Logarithm of the power of a sine that pairs are like, and what is known of it."""
+
+    log: float
+    known: float  # over the square of its error
+
+
 class PairsAlike:
     """Measures pairs by what the spans so far show of single pulses.
 
@@ -109,6 +121,7 @@ class PairsAlike:
         self.normal, self.right = np.zeros((KNOTS, KNOTS)), np.zeros(KNOTS)
         self.last = np.empty((0, FIT + KEPT))
         self.off = np.empty((0, 2 * SIZES))
+        self.power = Power(LOG, LOG_SD**-2.0)
 
     def measure(
         self,
@@ -127,18 +140,26 @@ class PairsAlike:
             self._learn(rows, near, x, origin)
         shape = self._shape()
         noise = float(np.median(self.last[:, FIT + NOISE])) if len(self.last) else sigma
-        done = np.zeros(len(rows), np.bool_)
+        pairs = []
         for k in near.pairs:
-            two = rows[k : k + 2]
-            seen = _stretch(two, near.usual, *_between(rows, k, k + 1), noise, x, origin)
+            seen = _stretch(
+                rows[k : k + 2], near.usual, *_between(rows, k, k + 1), noise, x, origin
+            )
             if seen is not None:
-                done[k : k + 2] = (
-                    _by_shape(two, seen, shape) if shape else _by_any(two, seen, near.usual)
-                )
-        missed = near.overlap & ~done
-        rows[missed, 5] = UNRESOLVED
+                pairs.append((rows[k : k + 2], seen))
+        before = rows[:, 0].copy()
+        if shape is None:
+            self.power = _find_power(pairs, near.usual, self.power)
+            shape = _power(self.power.log, near.usual)
+            for two, seen in pairs:
+                _by_power(two, seen, near.usual, self.power)
+        else:
+            for two, seen in pairs:
+                _by_shape(two, seen, shape)
+        missed = near.overlap & (rows[:, 0] == before)
+        off = OFF * abs(shape.area - 2.0 / math.pi) * near.usual
         ends = rows[missed, ERRORS : ERRORS + 2]
-        rows[missed, ERRORS : ERRORS + 2] = np.hypot(ends, OFF * near.usual)
+        rows[missed, ERRORS : ERRORS + 2] = np.hypot(ends, off)
 
     def _learn(self, rows: np.ndarray, near: Near, x: np.ndarray, origin: int) -> None:
         """Add what the pulses of a span that stand alone show, and how well the shape fits them."""
@@ -303,31 +324,42 @@ def _by_shape(two: np.ndarray, seen: _Stretch, shape: Shape) -> bool:
     return True
 
 
-def _by_any(two: np.ndarray, seen: _Stretch, usual: float) -> bool:
-    """Measure a pair by the power of a sine that fits it best; whether one fits.
+def _find_power(pairs: list[tuple[np.ndarray, _Stretch]], usual: float, before: Power) -> Power:
+    """The power of a sine that fits pairs best; what spans `before` tell is forgotten slowly.
 
-    The power is where the parabola through three misfits and its prior is least.
+    It is where the parabola through three sums of squares is least, which is looked for twice.
     """
-    log = LOG
+    known = max((1.0 - FORGOTTEN) * before.known, LOG_SD**-2.0)
+    log, total = before.log, known
     for step in STEPS:
-        fits = [_descend(two, seen, _power(log + m * step, usual))[2] for m in (-1, 0, 1)]
-        scale = 0.5 * len(seen.points) / max(min(fits), 1.0)  # of noise, by what the best leaves
-        slope = scale * 0.5 * (fits[2] - fits[0]) / step + (log - LOG) / LOG_SD**2
-        bend = scale * max(fits[2] - 2.0 * fits[1] + fits[0], 0.0) / step**2 + LOG_SD**-2.0
-        if not math.isfinite(slope + bend):
-            return False
-        log -= min(max(slope / bend, -1.5 * step), 1.5 * step)
+        slope, total = known * (log - before.log), known
+        for two, seen in pairs[:MOST]:
+            shapes = (_power(log + m * step, usual) for m in (-1, 0, 1))
+            low, middle, high = (_descend(two, seen, shape)[2] for shape in shapes)
+            least = min(low, middle, high)
+            if not math.isfinite(low + middle + high):
+                continue
+            scale = 0.5 * len(seen.points) / max(least, 1.0)  # of noise, by what is left
+            slope += scale * 0.5 * (high - low) / step
+            total += scale * max(high - 2.0 * middle + low, 0.0) / step**2
+        log -= min(max(slope / total, -1.5 * step), 1.5 * step)
+        log = min(max(log, LOWEST), HIGHEST)
+    return Power(log, total)
+
+
+def _by_power(two: np.ndarray, seen: _Stretch, usual: float, power: Power) -> None:
+    """Measure a pair by a power of a sine, if it fits."""
     before = two.copy()
-    if not _by_shape(two, seen, _power(log, usual)):
-        return False
-    if not _by_shape(before, seen, _power(log + STEP, usual)):
+    found = _fit(two, seen, _power(power.log, usual))
+    if found is None or not _by_shape(two, seen, _power(power.log, usual)):
+        return
+    if not _by_shape(before, seen, _power(power.log + STEP, usual)):
         before = two
-    sizes = two[:, [1, 1, 2, 3]]
-    turned = (before[:, :SIZES] - two[:, :SIZES]) / STEP * math.hypot(bend**-0.5, LEAST)
-    ends = np.array([UNKNOWN, UNKNOWN, 0.0, 0.0]) * sizes
+    turned = (before[:, :SIZES] - two[:, :SIZES]) / STEP * power.known**-0.5
+    rest = max(found[2] - 1.0, 0.0) + HIDES * math.sqrt(2.0 / len(seen.points))
+    ends = math.sqrt(rest) * seen.unit * (two[:, 1] / two[:, 2])[:, None] * [*HIDDEN, 0.0, 0.0]
     errors = two[:, ERRORS : ERRORS + SIZES]
     two[:, ERRORS : ERRORS + SIZES] = np.hypot(np.hypot(errors, turned), ends)
-    return True
 
 
 def _power(log: float, usual: float) -> Shape:
