@@ -108,6 +108,7 @@ class Power(NamedTuple):
 
     log: float
     known: float  # over the square of its error
+    rest: float = 0.0  # mean square of what it leaves, or noise may hide of it, over the height's
 
 
 class PairsAlike:
@@ -331,8 +332,10 @@ def _find_power(pairs: list[tuple[np.ndarray, _Stretch]], usual: float, before: 
     """
     known = max((1.0 - FORGOTTEN) * before.known, LOG_SD**-2.0)
     log, total = before.log, known
+    rest = square = points = 0.0
     for step in STEPS:
         slope, total = known * (log - before.log), known
+        rest = square = points = 0.0
         for two, seen in pairs[:MOST]:
             shapes = (_power(log + m * step, usual) for m in (-1, 0, 1))
             low, middle, high = (_descend(two, seen, shape)[2] for shape in shapes)
@@ -342,22 +345,29 @@ def _find_power(pairs: list[tuple[np.ndarray, _Stretch]], usual: float, before: 
             scale = 0.5 * len(seen.points) / max(least, 1.0)  # of noise, by what is left
             slope += scale * 0.5 * (high - low) / step
             total += scale * max(high - 2.0 * middle + low, 0.0) / step**2
+            one = (seen.unit / seen.height) ** 2
+            rest, square, points = (
+                rest + (least - 1.0) * one,
+                square + one,
+                points + len(seen.points),
+            )
         log -= min(max(slope / total, -1.5 * step), 1.5 * step)
         log = min(max(log, LOWEST), HIGHEST)
-    return Power(log, total)
+    if not points:
+        return Power(log, total, before.rest)
+    count = min(len(pairs), MOST)
+    return Power(log, total, (max(rest, 0.0) + HIDES * math.sqrt(2.0 / points) * square) / count)
 
 
 def _by_power(two: np.ndarray, seen: _Stretch, usual: float, power: Power) -> None:
     """Measure a pair by a power of a sine, if it fits."""
     before = two.copy()
-    found = _fit(two, seen, _power(power.log, usual))
-    if found is None or not _by_shape(two, seen, _power(power.log, usual)):
+    if not _by_shape(two, seen, _power(power.log, usual)):
         return
     if not _by_shape(before, seen, _power(power.log + STEP, usual)):
         before = two
     turned = (before[:, :SIZES] - two[:, :SIZES]) / STEP * power.known**-0.5
-    rest = max(found[2] - 1.0, 0.0) + HIDES * math.sqrt(2.0 / len(seen.points))
-    ends = math.sqrt(rest) * seen.unit * (two[:, 1] / two[:, 2])[:, None] * [*HIDDEN, 0.0, 0.0]
+    ends = math.sqrt(power.rest) * two[:, [1]] * [*HIDDEN, 0.0, 0.0]
     errors = two[:, ERRORS : ERRORS + SIZES]
     two[:, ERRORS : ERRORS + SIZES] = np.hypot(np.hypot(errors, turned), ends)
 
