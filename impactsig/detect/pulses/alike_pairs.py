@@ -43,7 +43,7 @@ STEP, HIDDEN, HIDES = 0.1, (1.2, 2.2), 3.0
 outside of a family are off by, times what is left of them over the height; and standard deviations
 of chi squared that noise hides of it."""
 LOWEST, HIGHEST = -0.3, 0.9  # logarithms of powers
-MOST = 8  # pairs of a span that tell the power, at most
+MOST, TRIED = 8, 6  # pairs of a span that tell the power, and pulses that tell how alike they are
 NOWHERE = 1e9  # where the second of one pulse begins
 MISFIT, SHAPE = 2.0, 0.02  # residual variance over the noise's, or over the height's square
 PLACED = 0.4  # contact times that crests may be off from where they were
@@ -82,15 +82,18 @@ def near_pulses(rows: np.ndarray) -> Near:
 
     Until then a fit is told by its start.
     """
+    none = np.empty(0, np.intp)
+    apart = np.diff(rows[:, 0] + rows[:, 4])
+    if not len(rows) or not (apart < FITTED * rows[:, 1].max()).any():
+        return Near(none, none, np.zeros(len(rows), np.bool_), 1.0)
     whole = np.isin(rows[:, 5], (0, UNRESOLVED)) & (rows[:, 6] == 0)
     fitted = (rows[:, 5] == 0) & whole & (rows[:, FIT + MADE] == rows[:, 0])
     known = whole & (rows[:, 5] == 0)
     known = known if known.any() else whole
     if not known.any():
-        none = np.empty(0, np.intp)
         return Near(none, none, np.zeros(len(rows), np.bool_), 1.0)
     usual = float(np.median(rows[known, 1]))
-    apart = np.diff(rows[:, 0] + rows[:, 4]) / usual
+    apart = apart / usual
     before = np.concatenate(([np.inf], apart))
     after = np.concatenate((apart, [np.inf]))
     halves = (rows[:, 5] == 0) & ~fitted
@@ -171,7 +174,7 @@ class PairsAlike:
         if (shape := self._shape()) is None:
             return
         off = []
-        for k in near.alone[-LAST:]:
+        for k in near.alone[:TRIED]:
             one = rows[k : k + 1]
             noise = float(one[0, FIT + NOISE])
             seen = _stretch(one, near.usual, *_between(rows, k, k), noise, x, origin)
