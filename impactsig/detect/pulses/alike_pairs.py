@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._trains.impact_flags import UNRESOLVED
-from ._two_of_a_shape import (
+from ._alike_kernels import (
     BEFORE,
     BOTH,
     KNOTS,
@@ -84,7 +84,7 @@ def near_pulses(rows: np.ndarray) -> Near:
     """
     none = np.empty(0, np.intp)
     apart = np.diff(rows[:, 0] + rows[:, 4])
-    if not len(rows) or not (apart < FITTED * rows[:, 1].max()).any():
+    if not (apart < FITTED * np.maximum(rows[1:, 1], rows[:-1, 1])).any():
         return Near(none, none, np.zeros(len(rows), np.bool_), 1.0)
     whole = np.isin(rows[:, 5], (0, UNRESOLVED)) & (rows[:, 6] == 0)
     fitted = (rows[:, 5] == 0) & whole & (rows[:, FIT + MADE] == rows[:, 0])
