@@ -1,4 +1,4 @@
-"""Pulses that touch or overlap, by the shape of those that stand alone."""
+"""Errors of pulses that touch or overlap, and of those of coarse converters."""
 
 from __future__ import annotations
 
@@ -77,3 +77,23 @@ def test_a_pair_of_a_shape_is_found_where_it_is():
         z.append((p - truth) / np.sqrt(np.diag(covariance)))
     np.testing.assert_array_less(np.abs(np.mean(z, axis=0)), 0.6)
     np.testing.assert_allclose(np.std(z, axis=0), 1.0, atol=0.35)
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.25])
+@pytest.mark.parametrize("power", [1.0, 1.3, 1.6])
+def test_errors_hold_where_the_converter_hides_noise_and_feet(power, noise):
+    step, rng = 0.1, np.random.default_rng(11)
+    starts = 0.05 + np.cumsum(0.04 + 0.01 * rng.random(150))
+    heights = rng.uniform(0.7, 1.6, len(starts))
+    x = noise * step * rng.standard_normal(round((starts[-1] + 0.1) * RATE))
+    contact = 1.2e-3
+    add_pulses(
+        x, RATE, starts, np.full(150, contact), heights, lambda u: np.sin(np.pi * u) ** power
+    )
+    rec = impactsig.Recording(step * np.round(x / step), RATE, units="N", sensor="force")
+    found = impactsig.detect_impacts(rec)
+    i, j = impactsig.match_impacts(found, impactsig.Impacts(starts), 0.5e-3).pairs.T
+    assert len(i) > 0.97 * len(starts)
+    for name, truth in (("contact_time", contact), ("peak", heights[j])):
+        z = (getattr(found, name)[i] - truth) / getattr(found, f"{name}_error")[i]
+        assert np.sqrt(np.mean(z**2)) < (2.0 if name == "contact_time" else 1.25), name
