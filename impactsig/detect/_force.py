@@ -178,9 +178,7 @@ class _Search:
         self.told = nothing_told()  # of shapes, by the spans so far
         self.first: _First | None = None  # which nothing was told
         self.pairs = PairsAlike(wanted.contact_level == 0)
-        self.sigma = self.below = self.step = (
-            0.0  # noise, and that which steps of the converter hide
-        )
+        self.sigma = self.below = self.step = 0.0  # noise, and that below a converter's step
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0

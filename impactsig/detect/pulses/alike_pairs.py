@@ -49,8 +49,9 @@ MISFIT, SHAPE = 2.0, 0.02  # residual variance over the noise's, or over the hei
 PLACED = 0.4  # contact times that crests may be off from where they were
 AS_LONG = 1.8  # times the usual contact, or less by as much, that one of a pair may last
 RUNS = 8.0  # runs of alike rest in a contact, where the shape misses more than noise
-OFF = 2.0  # contact times that ends are off where no two pulses fit, times how far from that of a
-# half-sine the area is over height and contact time
+OFF = 2.0
+"""Contact times that ends are off where no two pulses fit, times how far from that of a half-sine
+the area is, over height and contact time."""
 SIZES = 4  # start, contact time, peak and impulse
 
 
@@ -183,7 +184,8 @@ class PairsAlike:
                 _put(new, found[0][:3], found[1][:3, :3], seen, shape)
                 sizes = one[0, [1, 1, 2, 3]]
                 apart = (new[:SIZES] - one[0, :SIZES]) / sizes
-                off.append([*apart, *(new[ERRORS : ERRORS + SIZES] * new[2] / (sizes * noise))])
+                relative = new[ERRORS : ERRORS + SIZES] * new[2] / sizes
+                off.append([*apart, *(relative / (seen.unit * math.sqrt(seen.per)))])
         self.off = np.concatenate((self.off, np.reshape(off, (-1, 2 * SIZES))))[-LAST:]
 
     def _shape(self) -> Shape | None:
