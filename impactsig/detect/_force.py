@@ -19,6 +19,8 @@ from ._force_impacts import ROW, ForceImpacts, Found, stretches_of
 from .instrument.coupling import time_constant
 from .instrument.dropout_kernels import cut_off
 from .instrument.survey import survey
+from .pulses.alike_pairs import PairsAlike, near_pulses
+from .pulses.coarse import COARSE, add_hidden_feet, noise_below
 from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
@@ -175,6 +177,8 @@ class _Search:
         )
         self.told = nothing_told()  # of shapes, by the spans so far
         self.first: _First | None = None  # which nothing was told
+        self.pairs = PairsAlike(wanted.contact_level == 0)
+        self.sigma = self.below = self.step = 0.0  # noise, and that below a converter's step
         self.held = np.empty(0)
         self.offset = 0  # sample of the stretch that held[0] is
         self.reference = 0.0
@@ -231,6 +235,10 @@ class _Search:
         crests = events[:, 0].copy()  # what each came from, wherever its pulse turns out to lie
         dropouts = np.concatenate([one.first + one.dropouts for one in spans.around(k, 1)])
         noise = Noise(grid.rungs.width, span.noise, span.step)
+        self.sigma, self.below, self.step = float(span.noise[0]) / RESPONSE, 0.0, span.step
+        if 0.0 < self.sigma < COARSE * span.step:
+            self.below = noise_below(span.values, span.step, abs(self.factor))
+            self.sigma = max(self.sigma, math.hypot(self.below, span.step / math.sqrt(12.0)))
         whole = True
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
@@ -284,6 +292,8 @@ class _Search:
             if len(dropouts):
                 cut_off(rows, dropouts)
             if len(rows):
+                close_by = near_pulses(rows)
+                self.pairs.measure(rows, close_by, self.sigma, samples, origin, learn=False)
                 self.found.few.add(rows, samples, origin)
             rows[:, 0] += segment
         else:
@@ -308,7 +318,11 @@ class _Search:
         told: np.ndarray,
     ) -> None:
         """Measure impacts by the shape that they share, and put what is reported of them."""
+        close_by = near_pulses(rows)
         share_shape(rows, samples, origin, self.wanted.contact_level == 0, told)
+        self.pairs.measure(rows, close_by, self.sigma, samples, origin, learn=True)
+        if self.below and self.wanted.contact_level == 0:
+            add_hidden_feet(rows, self.step, self.below)
         if len(dropouts):
             cut_off(rows, dropouts)
         rows[:, 0] += segment
@@ -339,7 +353,7 @@ class _Search:
         place(here, events, grid.white, places)
         before, after = bounds(group, span.first, span.last, self.total)
         # Where nothing moves but impacts, the least noise that was assumed is none.
-        sigma = float(span.noise[0]) / RESPONSE if span.sigma else 0.0
+        sigma = self.sigma if span.sigma else 0.0
         relative = self.wanted.relative
         level = self.wanted.contact_level * (1.0 if relative else abs(self.factor))
         chosen = np.empty(len(again), np.bool_)

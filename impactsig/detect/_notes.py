@@ -17,7 +17,7 @@ MANY = 0.1
 """Share of the impacts that a note is worth."""
 CLOSE = 1.5
 """Contacts after the start of one impact, within which another may be the same, ringing."""
-OFTEN, ALIKE, FEWEST = 0.4, 0.12, 5
+OFTEN, ALIKE, EQUAL, FEWEST = 0.4, 0.12, 0.005, 5
 """Share of impacts that are followed so, relative spread of heights and delays, and how many there
 are, from which on (up to which) the sensor is suspected."""
 
@@ -115,7 +115,8 @@ def ringing_note(columns: Columns) -> tuple[str, ...]:
     delay, late = _spread(delays[close])
     ratio, uneven = _spread((heights[1:] / heights[:-1])[close])
     # Where all are equally high, alike pairs tell nothing.
-    if max(late, uneven) > min(ALIKE, _spread(heights[:-1][close])[1]):
+    different = _spread(heights[:-1][close])[1]
+    if different < EQUAL or max(late, uneven) > min(ALIKE, different):
         return ()
     return (
         f"{share:.0%} of the impacts are followed after {delay:.2g} s, while they last or hardly "

@@ -1,0 +1,171 @@
+"""Kernels that fit two pulses of a known shape, and read that shape off pulses that stand alone.
+
+    f(t) = b + sum over both of A s((t - t0) / T)
+
+The shape s is piecewise linear, with KNOTS values at equal distances from BEFORE knots before the
+start to as many after the end, and zero beyond.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..._compiling.compiled import allocating, kernel
+from ._small_matrices import factor, invert, solve
+from .edges import FIT
+from .fit_errors import BASE, TILT, ZERO
+
+PER_CONTACT, BEFORE = 64, 3
+KNOTS = PER_CONTACT + 2 * BEFORE + 1
+BOTH = 7  # A, t0, ln T of the first, then of the second, and the baseline
+STIFF = 0.02  # weight of a knot's bend, over that of its samples
+LONGEST = np.array([np.inf, 0.3, 0.3, np.inf, 0.3, 0.3, np.inf])
+"""Longest step; of starts, in contact times."""
+MOST, GAIN = 30, 1e-2
+"""Steps, and what each gains at least, in the noise's variance."""
+
+
+@allocating
+def add_to_shape(rows, chosen, x, origin, normal, right):
+    """Add the samples of the chosen pulses to the normal equations of their mean shape.
+
+    Parameters
+    ----------
+    rows : array
+        As `impactsig.detect.pulses.pulse.measure_all` fills them.
+    chosen : array of int
+        Those that stand alone.
+    x, origin : array, int
+        The samples, and the place of the first.
+    normal, right : array (KNOTS, KNOTS), (KNOTS,)
+    """
+    for k in chosen:
+        start, length, height, kept = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, FIT:]
+        # Where the shape goes with the height, the highest are not the mean.
+        weight = 1.0 / length
+        margin = BEFORE * length / PER_CONTACT
+        first = max(math.ceil(start - margin), origin)
+        last = min(int(start + length + margin), origin + len(x) - 1)
+        for i in range(first, last + 1):
+            place = (i - start) / length * PER_CONTACT + BEFORE
+            j = int(place)
+            if place < 0.0 or j >= KNOTS - 1:
+                continue
+            f = place - j
+            value = (x[i - origin] - kept[BASE] - kept[TILT] * (i - kept[ZERO])) / height
+            normal[j, j] += weight * (1.0 - f) ** 2
+            normal[j + 1, j] += weight * f * (1.0 - f)
+            normal[j + 1, j + 1] += weight * f * f
+            right[j] += weight * (1.0 - f) * value
+            right[j + 1] += weight * f * value
+
+
+@allocating
+def solve_shape(normal, right, shape):
+    """Put the mean shape into `shape`, from its normal equations; whether they determine it."""
+    factors = normal.copy()
+    weight = 0.0
+    for j in range(KNOTS):
+        shape[j] = right[j]
+        weight += normal[j, j]
+    stiff = STIFF * weight / KNOTS
+    for j in range(1, KNOTS - 1):
+        factors[j - 1, j - 1] += stiff
+        factors[j, j] += 4.0 * stiff
+        factors[j + 1, j + 1] += stiff
+        factors[j, j - 1] -= 2.0 * stiff
+        factors[j + 1, j] -= 2.0 * stiff
+        factors[j + 1, j - 1] += stiff
+    if not factor(factors):
+        return False
+    solve(factors, shape)
+    return True
+
+
+@kernel
+def _cost(p, points, x, shape, length, spread, normal):
+    """Sum of squares that is left, with the prior of the lengths; fills the normal equations."""
+    normal[:] = 0.0
+    left = 0.0
+    j = normal[BOTH]
+    for k in range(len(points)):
+        e = x[k] - p[BOTH - 1]
+        j[BOTH - 1] = 1.0
+        for m in range(0, BOTH - 1, 3):
+            pace = PER_CONTACT / math.exp(p[m + 2])
+            place = (points[k] - p[m + 1]) * pace + BEFORE
+            j[m] = j[m + 1] = j[m + 2] = 0.0
+            if 0.0 <= place < KNOTS - 1:
+                at = int(place)
+                bend = shape[at + 1] - shape[at]
+                value = shape[at] + (place - at) * bend
+                e -= p[m] * value
+                j[m], j[m + 1] = value, -p[m] * bend * pace
+                j[m + 2] = -p[m] * bend * (place - BEFORE)
+        left += e * e
+        for a in range(BOTH):
+            normal[a, BOTH] += j[a] * e
+            for b in range(a + 1):
+                normal[a, b] += j[a] * j[b]
+    for m in range(2, BOTH, 3):
+        off = (length - p[m]) / spread
+        normal[m, m] += spread**-2.0
+        normal[m, BOTH] += off / spread
+        left += off * off
+    return left
+
+
+@allocating
+def fit_two(points, x, shape, length, spread, p, covariance):
+    """Fit two pulses from `p`, in place; returns the residual variance over the noise's, or inf.
+
+    Parameters
+    ----------
+    points, x : array
+        Places at equal distances, and the samples there in units of their noise.
+    shape : array (KNOTS,)
+    length, spread : float
+        Expected logarithm of a contact time, and its standard deviation.
+    p : array (BOTH,)
+    covariance : array (BOTH, BOTH), filled
+        Of the parameters, for noise as assumed.
+    """
+    normals = np.empty((2, BOTH + 1, BOTH + 1))
+    low, step, trial = np.empty((BOTH, BOTH)), np.empty(BOTH), np.empty(BOTH)
+    now, damping = 0, 1e-2
+    cost = _cost(p, points, x, shape, length, spread, normals[0])
+    for _ in range(MOST):
+        here = normals[now]
+        for a in range(BOTH):
+            for b in range(a):
+                low[a, b] = here[a, b]
+            low[a, a] = here[a, a] * (1.0 + damping) + 1e-12
+            step[a] = here[a, BOTH]
+        if factor(low):
+            solve(low, step)
+            for a in range(BOTH):
+                most = LONGEST[a] * (math.exp(length) if a % 3 == 1 else 1.0)
+                trial[a] = p[a] + min(max(step[a], -most), most)
+            other = _cost(trial, points, x, shape, length, spread, normals[1 - now])
+            if other < cost:
+                gain, cost, now = cost - other, other, 1 - now
+                for a in range(BOTH):
+                    p[a] = trial[a]
+                if gain < GAIN:
+                    break
+                damping *= 0.1
+                continue
+        damping = max(10.0 * damping, 0.01)
+        if damping > 1e6:
+            break
+    here = normals[now]
+    for a in range(BOTH):
+        for b in range(a):
+            low[a, b] = here[a, b]
+        low[a, a] = here[a, a] * (1.0 + 1e-9) + 1e-12
+    if not factor(low):
+        return np.inf
+    invert(low, covariance)
+    return cost / max(len(points) - BOTH, 1)
