@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactsig import Recording, detect_impacts
 from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
@@ -15,6 +16,7 @@ from impactsig.detect.sound.powers._gate_kernels import (
     silent_samples,
     soften,
 )
+from impactsig.detect.sound.powers.fades import beside_fades, fades
 
 
 def test_silence_is_a_run_of_frames_without_power():
@@ -110,3 +112,49 @@ def test_silence_where_a_window_is_zero_leaves_all_of_it():
     share = np.empty(1)
     heard_shares(silent, 1000, 1, window, share)
     assert share[0] == 1.0
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(3.9, False), (4.1, True)])
+def test_a_gate_fades_where_most_edges_are_softer_by_a_factor_of_four(ratio, expected):
+    audible = np.zeros(90, np.bool_)
+    power = np.full((3, 90), 2.0)
+    for begin in (10, 40, 70):
+        audible[begin : begin + 15] = True
+        power[:, [begin, begin + 14]] /= ratio
+    power[:, 84] = 1e3  # one edge of an impact is not most
+    assert fades(power, audible, 3) is expected
+    assert not fades(power[:, :35], audible[:35], 3)  # two edges
+    assert not fades(power, audible, 15)  # no stretch is as long
+
+
+def test_the_background_is_read_far_from_fades_where_enough_is_left():
+    def kept(count):
+        audible = np.zeros(400, np.bool_)
+        power = np.ones((2, 400))
+        for begin in range(20, 340, 60):
+            audible[begin : begin + count] = True
+            power[:, [begin, begin + count - 1]] = 0.1
+        beside = beside_fades(power, audible, ~audible, 5e-3)
+        return np.flatnonzero(audible & ~beside)[: count - 1] - 20
+
+    np.testing.assert_array_equal(kept(30), np.r_[10:20, 70:80, 130:139])  # 50 ms away
+    np.testing.assert_array_equal(kept(20)[:10], np.arange(5, 15))  # 25 ms
+    np.testing.assert_array_equal(kept(8), np.arange(7))  # nothing is left out
+
+
+def test_a_gate_that_opens_over_tens_of_milliseconds_makes_no_impacts():
+    rng = np.random.default_rng(5)
+    rate, beats = 22050, np.arange(0.5, 11.5, 0.7)
+    t = np.arange(12 * rate) / rate
+    x, open_ = 1e-3 * rng.standard_normal(len(t)), np.zeros(len(t))
+    for beat in beats:
+        later = np.maximum(t - beat, 0.0)
+        x += np.exp(-later / 0.01) * np.sin(2 * np.pi * 3000 * later)
+    for middle in np.concatenate((beats, beats + 0.35)):  # half of the time, noise alone
+        open_[(t > middle - 0.06) & (t < middle + 0.16)] = 1.0
+    window = np.hanning(2 * round(0.04 * rate) + 1)
+    gain = np.convolve(open_, window / window.sum(), "same")
+    gain[gain < 1e-3] = 0.0
+    found = detect_impacts(Recording(x * gain, rate=rate, sensor="sound"))
+    assert len(found) == len(beats)  # 40 with a background that is read from what fades
+    np.testing.assert_allclose(found.time, beats, atol=1e-3)

@@ -19,6 +19,7 @@ from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._nearby import middle
 from .powers.band_kernels import background
 from .powers.bands import ROUNDING, Bands, degrees_of_freedom
+from .powers.fades import beside_fades
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 
 CORE = 64 * BLOCK  # frames that share one noise
@@ -47,6 +48,7 @@ class Levels(NamedTuple):
     low: np.ndarray  # (low octaves, BLOCKs)
     bands: np.ndarray  # (bands, BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
+    silent: np.ndarray  # PARTs that are digital silence
     cores: list[Core]
 
     @property
@@ -86,10 +88,14 @@ class Backgrounds:
             np.concatenate([getattr(one, name) for one in windows], axis=1)
             for name in ("parts", "octaves", "low", "bands")
         )
-        parts_sound, sound = (
+        parts_sound, sound, silent = (
             np.concatenate([getattr(one, name) for one in windows])
-            for name in ("parts_sound", "sound")
+            for name in ("parts_sound", "sound", "silent")
         )
+        if silent.any():
+            fading = beside_fades(parts, parts_sound, silent, PART * self.scale.hop / self.rate)
+            parts_sound &= ~fading
+            sound &= ~fading.reshape(len(sound), -1).any(axis=1)
         cores = [core for one in windows for core in one.cores]
         blocks = [core.blocks for core in cores]
         first = sum(len(one.cores) for one in windows[:which])

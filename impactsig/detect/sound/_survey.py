@@ -184,6 +184,8 @@ class Survey:
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
+        silent_parts = np.zeros(len(counted), np.bool_)
+        silent_parts[: GROUP // PART * groups] = np.repeat(silent[2 : groups + 2], GROUP // PART)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
         first = window.first // hop
         return Slab(
@@ -199,7 +201,7 @@ class Survey:
             *self.gate.narrow(fine, left * hop),
             known,
             silent[2 : groups + 2],
-            Levels(parts, counted, levels, low_levels, means, sounding, cores),
+            Levels(parts, counted, levels, low_levels, means, sounding, silent_parts, cores),
         )
 
     def _settle(self) -> None:

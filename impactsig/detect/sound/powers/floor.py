@@ -7,7 +7,8 @@ With M the mean powers of groups of frames,
 
 where n is the degrees of freedom of M: in Gaussian noise N is its power (Wilson and Hilferty). The
 second bound says that 40 dB below the strongest sound nearby nothing counts. Digital silence is no
-background: groups that it touches are left out of the quantile.
+background: groups that it touches are left out of the quantile, as is what fades into it
+(`fades.py`).
 """
 
 from __future__ import annotations
