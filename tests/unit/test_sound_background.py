@@ -8,7 +8,7 @@ import pytest
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
-from impactsig.detect.sound.powers.holes import has_holes
+from impactsig.detect.sound.powers.holes import falls_of, has_holes
 
 
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 96_000])
@@ -87,13 +87,24 @@ def test_holes_are_no_background():
 
 
 def test_bands_that_empty_while_others_fill_are_those_of_a_codec():
-    rng = np.random.default_rng(3)
-    filled = rng.random((40, 100)) < 0.5
-    sounding = np.ones(100, np.bool_)
-    assert has_holes(np.where(filled, 1.0, 1e-8), sounding)
-    assert not has_holes(np.where(filled, 1.0, 1e-3), sounding)  # no room, but no hole either
-    assert not has_holes(np.where(filled[0], 1.0, 1e-8) * np.ones((40, 1)), sounding)  # all at once
-    assert not has_holes(np.where(filled, 1.0, 1e-8), np.arange(100) % 2 == 0)  # none side by side
+    filled = np.random.default_rng(3).random((40, 100)) < 0.5
+    always, now_and_then = np.ones(100, np.bool_), np.arange(100) % 2 == 0
+
+    def holes(filled, empty=1e-8, sounding=always):
+        return has_holes(falls_of(np.where(filled, 1.0, empty), sounding))
+
+    assert holes(filled)
+    assert not holes(filled, empty=1e-3)  # no room, but no hole either
+    assert not holes(np.tile(filled[0], (40, 1)))  # all at once, as with impacts
+    assert not holes(filled, sounding=now_and_then)  # none side by side
+
+
+def test_falls_are_counted_in_every_other_band():
+    means = np.ones((4, 3))
+    means[0], means[2] = [1.0, 1e-5, 1e-5], [1e-3, 1.0, 1.0]
+    means[1] = [1e-9, 1.0, 1e-9]
+    np.testing.assert_array_equal(falls_of(means, np.ones(3, np.bool_)), [4, 1, 1])
+    np.testing.assert_array_equal(falls_of(means, np.array([False, True, True])), [2, 0, 0])
 
 
 def test_background_is_40_db_below_the_strongest_nearby():

@@ -16,7 +16,7 @@ from impactsig.detect.sound.powers._gate_kernels import (
     silent_samples,
     soften,
 )
-from impactsig.detect.sound.powers.fades import beside_fades, fades
+from impactsig.detect.sound.powers.fades import beside_fades, edge_steps
 
 
 def test_silence_is_a_run_of_frames_without_power():
@@ -114,32 +114,38 @@ def test_silence_where_a_window_is_zero_leaves_all_of_it():
     assert share[0] == 1.0
 
 
+def test_edges_of_silence_are_compared_with_what_is_8_ms_farther():
+    audible = np.zeros(90, np.bool_)
+    audible[10:25] = audible[40:43] = audible[70:90] = True  # the second one is too short
+    power = np.full((2, 90), 2.0)
+    power[:, 10] = [0.5, 0.125]  # a mean over octaves of ln 8 less
+    power[:, 24] = 16.0
+    power[:, 73] = 0.0  # nothing to compare with
+    steps = edge_steps(power, audible, 8e-3 / 3)
+    np.testing.assert_allclose(steps, [-np.log(8.0), np.log(8.0)])
+    assert len(edge_steps(power[:, :11], audible[:11], 8e-3)) == 0
+    assert len(edge_steps(power[:, :1], audible[:1], 8e-3)) == 0
+
+
 @pytest.mark.parametrize(("ratio", "expected"), [(3.9, False), (4.1, True)])
 def test_a_gate_fades_where_most_edges_are_softer_by_a_factor_of_four(ratio, expected):
-    audible = np.zeros(90, np.bool_)
-    power = np.full((3, 90), 2.0)
-    for begin in (10, 40, 70):
-        audible[begin : begin + 15] = True
-        power[:, [begin, begin + 14]] /= ratio
-    power[:, 84] = 1e3  # one edge of an impact is not most
-    assert fades(power, audible, 3) is expected
-    assert not fades(power[:, :35], audible[:35], 3)  # two edges
-    assert not fades(power, audible, 15)  # no stretch is as long
+    audible = np.arange(100) % 50 > 20
+    steps = -np.log([ratio, ratio, 1e-3])
+    assert (beside_fades(steps, audible, ~audible, 5e-3) is not None) is expected
+    assert beside_fades(steps[:2], audible, ~audible, 5e-3) is None  # too few
 
 
 def test_the_background_is_read_far_from_fades_where_enough_is_left():
     def kept(count):
         audible = np.zeros(400, np.bool_)
-        power = np.ones((2, 400))
         for begin in range(20, 340, 60):
             audible[begin : begin + count] = True
-            power[:, [begin, begin + count - 1]] = 0.1
-        beside = beside_fades(power, audible, ~audible, 5e-3)
-        return np.flatnonzero(audible & ~beside)[: count - 1] - 20
+        beside = beside_fades(np.full(3, -2.0), audible, ~audible, 5e-3)
+        return None if beside is None else np.flatnonzero(audible & ~beside) - 20
 
-    np.testing.assert_array_equal(kept(30), np.r_[10:20, 70:80, 130:139])  # 50 ms away
+    np.testing.assert_array_equal(kept(30)[:20], np.r_[10:20, 70:80])  # 50 ms away
     np.testing.assert_array_equal(kept(20)[:10], np.arange(5, 15))  # 25 ms
-    np.testing.assert_array_equal(kept(8), np.arange(7))  # nothing is left out
+    assert kept(8) is None  # too little would be left
 
 
 def test_a_gate_that_opens_over_tens_of_milliseconds_makes_no_impacts():

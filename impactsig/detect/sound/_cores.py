@@ -50,6 +50,8 @@ class Levels(NamedTuple):
     bands: np.ndarray  # (bands, BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
     silent: np.ndarray  # PARTs that are digital silence
+    steps: np.ndarray  # beside it (`edge_steps`)
+    falls: np.ndarray  # of bands (`falls_of`)
     cores: list[Core]
 
     @property
@@ -95,15 +97,18 @@ class Backgrounds:
             np.concatenate([getattr(one, name) for one in windows], axis=1)
             for name in ("parts", "octaves", "low", "bands")
         )
-        parts_sound, sound, silent = (
+        parts_sound, sound = (
             np.concatenate([getattr(one, name) for one in windows])
-            for name in ("parts_sound", "sound", "silent")
+            for name in ("parts_sound", "sound")
         )
-        if silent.any():
-            fading = beside_fades(parts, parts_sound, silent, PART * self.scale.hop / self.rate)
-            parts_sound &= ~fading
-            sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        holes = has_holes(bands, sound)
+        steps = np.concatenate([one.steps for one in windows])
+        if len(steps):
+            silent = np.concatenate([one.silent for one in windows])
+            fading = beside_fades(steps, parts_sound, silent, PART * self.scale.hop / self.rate)
+            if fading is not None:
+                parts_sound &= ~fading
+                sound &= ~fading.reshape(len(sound), -1).any(axis=1)
+        holes = has_holes(sum(one.falls for one in windows))
         cores = [core for one in windows for core in one.cores]
         blocks = [core.blocks for core in cores]
         first = sum(len(one.cores) for one in windows[:which])

@@ -16,7 +16,8 @@ import math
 
 import numpy as np
 
-from .._nearby import greatest_within
+from .._nearby import greatest_within, middle
+from ._gate_kernels import put_edge_steps
 
 FLANK = 8e-3  # [s]
 FADES = -math.log(4.0)
@@ -25,35 +26,23 @@ REACHES = 0.05, 0.025  # [s] from silence, of what may fade: the first that leav
 ENOUGH = 0.25  # of the audible parts
 
 
-def fades(parts: np.ndarray, audible: np.ndarray, flank: int) -> bool:
-    """Whether powers (octaves, parts) fade where they cease to be `audible`, and begin to be.
+def edge_steps(parts: np.ndarray, audible: np.ndarray, seconds: float) -> np.ndarray:
+    """Mean over the octaves of ln(p_i / p_k) at each edge, of powers (octaves, parts).
 
-    A stretch that is audible to the first or the last part has no edge there.
+    Edges are where parts, of `seconds` each, begin and cease to be `audible`.
     """
-    change = np.diff(audible.astype(np.int8))
-    begins, ends = np.flatnonzero(change == 1) + 1, np.flatnonzero(change == -1)
-    edge = np.concatenate((begins, ends))
-    inner = np.concatenate((begins + flank, ends - flank))
-    heard = np.concatenate(([0], np.cumsum(audible)))
-    inside = (inner >= 0) & (inner < len(audible))
-    edge, inner = edge[inside], inner[inside]
-    low, high = np.minimum(edge, inner), np.maximum(edge, inner) + 1
-    whole = heard[high] - heard[low] == flank + 1
-    outer, further = parts[:, edge[whole]], parts[:, inner[whole]]
-    known = (outer > 0.0).all(axis=0) & (further > 0.0).all(axis=0)
-    if np.count_nonzero(known) < EDGES:
-        return False
-    steps = np.log(outer[:, known] / further[:, known]).mean(axis=0)
-    return bool(np.median(steps) < FADES)
+    out = np.empty(len(audible))
+    return out[: put_edge_steps(parts, audible, max(round(FLANK / seconds), 1), out)]
 
 
 def beside_fades(
-    parts: np.ndarray, audible: np.ndarray, silent: np.ndarray, seconds: float
-) -> np.ndarray:
-    """Which parts, of `seconds` each, lie in fades beside `silent` ones; none if no gate fades."""
-    if fades(parts, audible, max(round(FLANK / seconds), 1)):
-        for reach in REACHES:
-            beside = greatest_within(silent, round(reach / seconds))
-            if np.count_nonzero(audible & ~beside) >= ENOUGH * np.count_nonzero(audible):
-                return beside
-    return np.zeros(len(silent), np.bool_)
+    steps: np.ndarray, audible: np.ndarray, silent: np.ndarray, seconds: float
+) -> np.ndarray | None:
+    """Which parts, of `seconds` each, lie in fades beside `silent` ones; None if no gate fades."""
+    if len(steps) < EDGES or middle(steps) >= FADES:
+        return None
+    for reach in REACHES:
+        beside = greatest_within(silent, round(reach / seconds))
+        if np.count_nonzero(audible & ~beside) >= ENOUGH * np.count_nonzero(audible):
+            return beside
+    return None
