@@ -108,7 +108,7 @@ class Backgrounds:
             if fading is not None:
                 parts_sound &= ~fading
                 sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        holes = has_holes(sum(one.falls for one in windows))
+        holes = has_holes(np.sum([one.falls for one in windows], axis=0))
         cores = [core for one in windows for core in one.cores]
         blocks = [core.blocks for core in cores]
         first = sum(len(one.cores) for one in windows[:which])
