@@ -292,6 +292,17 @@ def test_a_noise_gate_changes_nothing(mean_rate, share):
     assert not ungated.notes
 
 
+@pytest.mark.parametrize("codec", [True, False])
+def test_a_codec_of_a_low_bit_rate_is_noted(shared_data, codec):
+    x, rate = soundfile.read(shared_data("audio_counts/keystrokes/5.wav"))
+    if codec:
+        spectra = signal.stft(x, rate, nperseg=1024)[2]
+        spectra[np.abs(spectra) < 10 ** (-45 / 20) * np.abs(spectra).max()] = 0.0
+        x = signal.istft(spectra, rate, nperseg=1024)[1]
+    found = detect(x, rate)
+    assert codec == any("codec of a low bit rate" in note for note in found.notes)
+
+
 @pytest.mark.parametrize(("times", "hold"), [(3, 0.003), (12, 0.2)])
 def test_taps_are_ten_behind_a_noise_gate(shared_data, times, hold):
     x, rate = soundfile.read(shared_data("audio_counts/taps/nail.wav"))

@@ -8,6 +8,7 @@ import pytest
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
+from impactsig.detect.sound.powers.holes import falls_of, has_holes
 
 
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 96_000])
@@ -54,7 +55,7 @@ def test_noise_power_is_unbiased(rate):
     means = np.empty((len(power), 3980))
     group_means(power, np.ones(power.shape[1], np.bool_), 8, means)
     noise = noise_power(
-        means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(rate, hop, 8))
+        means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(rate, hop, 8)), False
     )
     # The lowest bands also hold what is left of the mean.
     ratio = noise[4:] / bands.gain[4:]
@@ -71,9 +72,39 @@ def test_quantile_bias_is_that_of_chi_squared():
 
 def test_groups_that_silence_touches_do_not_count():
     means = np.tile([0.0, 5.0, 0.1], 40)[None]
-    noise = noise_power(means, np.tile([False, True, False], 40), np.array([1.0]))
+    noise = noise_power(means, np.tile([False, True, False], 40), np.array([1.0]), False)
     np.testing.assert_allclose(noise, 5.0, rtol=1e-4)
-    assert noise_power(means, np.zeros(120, np.bool_), np.array([8.0])) == [0.0]
+    assert noise_power(means, np.zeros(120, np.bool_), np.array([8.0]), False) == [0.0]
+
+
+def test_holes_are_no_background():
+    means = np.concatenate((np.full(50, 1e-9), np.linspace(1.0, 2.0, 41), [3e3]))[None]
+    sounding, bias = np.ones(92, np.bool_), np.array([0.5])
+    assert noise_power(means, sounding, bias, False) == [2e-9]
+    assert noise_power(means, sounding, bias, True) == pytest.approx([2.2])  # fourth of 42
+    means[0, :50] = 0.02  # less than 55 dB below the strongest: no hole
+    assert noise_power(means, sounding, bias, True) == pytest.approx([0.04])
+
+
+def test_bands_that_empty_while_others_fill_are_those_of_a_codec():
+    filled = np.random.default_rng(3).random((40, 100)) < 0.5
+    always, now_and_then = np.ones(100, np.bool_), np.arange(100) % 2 == 0
+
+    def holes(filled, empty=1e-8, sounding=always):
+        return has_holes(falls_of(np.where(filled, 1.0, empty), sounding))
+
+    assert holes(filled)
+    assert not holes(filled, empty=1e-3)  # no room, but no hole either
+    assert not holes(np.tile(filled[0], (40, 1)))  # all at once, as with impacts
+    assert not holes(filled, sounding=now_and_then)  # none side by side
+
+
+def test_falls_are_counted_in_every_other_band():
+    means = np.ones((4, 3))
+    means[0], means[2] = [1.0, 1e-5, 1e-5], [1e-3, 1.0, 1.0]
+    means[1] = [1e-9, 1.0, 1e-9]
+    np.testing.assert_array_equal(falls_of(means, np.ones(3, np.bool_)), [4, 1, 1])
+    np.testing.assert_array_equal(falls_of(means, np.array([False, True, True])), [2, 0, 0])
 
 
 def test_background_is_40_db_below_the_strongest_nearby():

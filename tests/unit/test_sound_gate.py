@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactsig import Recording, detect_impacts
 from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
@@ -15,6 +16,7 @@ from impactsig.detect.sound.powers._gate_kernels import (
     silent_samples,
     soften,
 )
+from impactsig.detect.sound.powers.fades import beside_fades, edge_steps
 
 
 def test_silence_is_a_run_of_frames_without_power():
@@ -110,3 +112,55 @@ def test_silence_where_a_window_is_zero_leaves_all_of_it():
     share = np.empty(1)
     heard_shares(silent, 1000, 1, window, share)
     assert share[0] == 1.0
+
+
+def test_edges_of_silence_are_compared_with_what_is_8_ms_farther():
+    audible = np.zeros(90, np.bool_)
+    audible[10:25] = audible[40:43] = audible[70:90] = True  # the second one is too short
+    power = np.full((2, 90), 2.0)
+    power[:, 10] = [0.5, 0.125]  # a mean over octaves of ln 8 less
+    power[:, 24] = 16.0
+    power[:, 73] = 0.0  # nothing to compare with
+    steps = edge_steps(power, audible, 8e-3 / 3)
+    np.testing.assert_allclose(steps, [-np.log(8.0), np.log(8.0)])
+    assert len(edge_steps(power[:, :11], audible[:11], 8e-3)) == 0
+    assert len(edge_steps(power[:, :1], audible[:1], 8e-3)) == 0
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(3.9, False), (4.1, True)])
+def test_a_gate_fades_where_most_edges_are_softer_by_a_factor_of_four(ratio, expected):
+    audible = np.arange(100) % 50 > 20
+    steps = -np.log([ratio, ratio, 1e-3])
+    assert (beside_fades(steps, audible, ~audible, 5e-3) is not None) is expected
+    assert beside_fades(steps[:2], audible, ~audible, 5e-3) is None  # too few
+
+
+def test_the_background_is_read_far_from_fades_where_enough_is_left():
+    def kept(count):
+        audible = np.zeros(400, np.bool_)
+        for begin in range(20, 340, 60):
+            audible[begin : begin + count] = True
+        beside = beside_fades(np.full(3, -2.0), audible, ~audible, 5e-3)
+        return None if beside is None else np.flatnonzero(audible & ~beside) - 20
+
+    np.testing.assert_array_equal(kept(30)[:20], np.r_[10:20, 70:80])  # 50 ms away
+    np.testing.assert_array_equal(kept(20)[:10], np.arange(5, 15))  # 25 ms
+    assert kept(8) is None  # too little would be left
+
+
+def test_a_gate_that_opens_over_tens_of_milliseconds_makes_no_impacts():
+    rng = np.random.default_rng(5)
+    rate, beats = 22050, np.arange(0.5, 11.5, 0.7)
+    t = np.arange(12 * rate) / rate
+    x, open_ = 1e-3 * rng.standard_normal(len(t)), np.zeros(len(t))
+    for beat in beats:
+        later = np.maximum(t - beat, 0.0)
+        x += np.exp(-later / 0.01) * np.sin(2 * np.pi * 3000 * later)
+    for middle in np.concatenate((beats, beats + 0.35)):  # half of the time, noise alone
+        open_[(t > middle - 0.06) & (t < middle + 0.16)] = 1.0
+    window = np.hanning(2 * round(0.04 * rate) + 1)
+    gain = np.convolve(open_, window / window.sum(), "same")
+    gain[gain < 1e-3] = 0.0
+    found = detect_impacts(Recording(x * gain, rate=rate, sensor="sound"))
+    assert len(found) == len(beats)  # 40 with a background that is read from what fades
+    np.testing.assert_allclose(found.time, beats, atol=1e-3)

@@ -19,7 +19,9 @@ from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._nearby import middle
 from .powers.band_kernels import background
 from .powers.bands import ROUNDING, Bands, degrees_of_freedom
+from .powers.fades import beside_fades
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
+from .powers.holes import has_holes
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
@@ -47,6 +49,9 @@ class Levels(NamedTuple):
     low: np.ndarray  # (low octaves, BLOCKs)
     bands: np.ndarray  # (bands, BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
+    silent: np.ndarray  # PARTs that are digital silence
+    steps: np.ndarray  # beside it (`edge_steps`)
+    falls: np.ndarray  # of bands (`falls_of`)
     cores: list[Core]
 
     @property
@@ -65,6 +70,7 @@ class Backgrounds:
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
+    with_holes: int = 0  # cores beside which a codec left holes
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -80,6 +86,11 @@ class Backgrounds:
         """Whether the noise is mostly weaker than a quantisation step."""
         return self.below_step > 0.5 * len(self.noise)
 
+    @property
+    def coded(self) -> bool:
+        """Whether a codec left holes in most of the record."""
+        return self.with_holes > 0.5 * len(self.noise)
+
     def of(self, windows: list[Levels], which: int) -> list[np.ndarray]:
         """Of octaves, low ones and narrow bands, in the BLOCKs of one window of these in a row."""
         parts, octaves, low, bands = (
@@ -90,6 +101,14 @@ class Backgrounds:
             np.concatenate([getattr(one, name) for one in windows])
             for name in ("parts_sound", "sound")
         )
+        steps = np.concatenate([one.steps for one in windows])
+        if len(steps):
+            silent = np.concatenate([one.silent for one in windows])
+            fading = beside_fades(steps, parts_sound, silent, PART * self.scale.hop / self.rate)
+            if fading is not None:
+                parts_sound &= ~fading
+                sound &= ~fading.reshape(len(sound), -1).any(axis=1)
+        holes = has_holes(np.sum([one.falls for one in windows], axis=0))
         cores = [core for one in windows for core in one.cores]
         blocks = [core.blocks for core in cores]
         first = sum(len(one.cores) for one in windows[:which])
@@ -106,15 +125,18 @@ class Backgrounds:
             near = slice(max(begin - self.within, 0), end + self.within)
             begin = end
             near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
-            noise = noise_power(parts[:, near_parts], parts_sound[near_parts], self.part_bias)
+            noise = noise_power(
+                parts[:, near_parts], parts_sound[near_parts], self.part_bias, holes
+            )
             self.noise.append(noise)
+            self.with_holes += holes
             self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
             noise = np.maximum(noise, toggling * self.gains)
             noises[0][:, k] = np.maximum(noise, rounding)
-            noise = noise_power(low[:, near], sound[near], self.low_bias)
+            noise = noise_power(low[:, near], sound[near], self.low_bias, holes)
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
-            noise = noise_power(bands[:, near], sound[near], self.mean_bias)
+            noise = noise_power(bands[:, near], sound[near], self.mean_bias, holes)
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []

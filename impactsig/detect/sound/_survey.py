@@ -31,7 +31,9 @@ from ._rises import Rises
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, group_means
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
+from .powers.fades import edge_steps
 from .powers.gate import Gate
+from .powers.holes import falls_of
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
@@ -184,6 +186,12 @@ class Survey:
         group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
         levels = np.empty((len(parts), blocks))
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
+        silent_parts = np.zeros(len(counted), np.bool_)
+        silent_parts[: GROUP // PART * groups] = np.repeat(silent[2 : groups + 2], GROUP // PART)
+        steps = np.empty(0)
+        if silent_parts.any():
+            steps = edge_steps(parts, counted, PART * hop / self.rate)
+        falls = falls_of(means, sounding)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
         first = window.first // hop
         return Slab(
@@ -199,7 +207,18 @@ class Survey:
             *self.gate.narrow(fine, left * hop),
             known,
             silent[2 : groups + 2],
-            Levels(parts, counted, levels, low_levels, means, sounding, cores),
+            Levels(
+                parts,
+                counted,
+                levels,
+                low_levels,
+                means,
+                sounding,
+                silent_parts,
+                steps,
+                falls,
+                cores,
+            ),
         )
 
     def _settle(self) -> None:

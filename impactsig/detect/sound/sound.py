@@ -69,6 +69,7 @@ from .deciding.decision import LATER, SOONER, candidates
 from .deciding.doubt import EVEN, Doubt
 from .deciding.notes import (
     click_notes,
+    codec_notes,
     converter_notes,
     crowd_notes,
     gate_notes,
@@ -295,6 +296,7 @@ def search(
         reason,
         (
             *(converter_notes(survey) or limits.notes()),
+            *codec_notes(survey),
             *gate_notes(survey, samples),
             *voice_notes(left_out.pulses),
             *swell_notes(int(np.count_nonzero(swells))),

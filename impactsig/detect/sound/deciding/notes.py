@@ -78,6 +78,16 @@ def crowd_notes(crowded: int, found: int) -> tuple[str, ...]:
     )
 
 
+def codec_notes(survey: Survey) -> tuple[str, ...]:
+    """A note if a codec left holes in most of the record."""
+    if not survey.backgrounds.coded:
+        return ()
+    return (
+        "Bands of the sound fall silent and return one by one, as a codec of a low bit rate leaves "
+        "them: soft impacts are lost, and some that are found may be bands that return.",
+    )
+
+
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if much of the record is repeated digital silence."""
     if survey.backgrounds.unresolved:

@@ -201,3 +201,36 @@ def hold_bands(power, share, closes, held):
             if closes[g] and share[g] >= LEAST_HEARD:
                 held[b] = power[b, g] / share[g]
             power[b, g] += rest * held[b]
+
+
+@njit(nogil=True)
+def put_edge_steps(parts, audible, flank, out):
+    """Mean over the octaves of ln(p_i / p_k), p_i beside an edge and p_k `flank` parts from it.
+
+    All parts from i to k are `audible`, and p is nowhere 0 in both. Returns their number, at most
+    that of the parts.
+    """
+    count, begin = 0, 0
+    while begin < len(audible):
+        if not audible[begin]:
+            begin += 1
+            continue
+        end = begin
+        while end < len(audible) and audible[end]:
+            end += 1
+        if end - begin > flank:
+            for edge, inner, real in (
+                (begin, begin + flank, begin > 0),
+                (end - 1, end - 1 - flank, end < len(audible)),
+            ):
+                total = 0.0
+                for b in range(parts.shape[0]):
+                    if parts[b, edge] <= 0.0 or parts[b, inner] <= 0.0:
+                        real = False
+                        break
+                    total += np.log(parts[b, edge] / parts[b, inner])
+                if real:
+                    out[count] = total / parts.shape[0]
+                    count += 1
+        begin = end
+    return count
