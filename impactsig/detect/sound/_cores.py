@@ -20,6 +20,7 @@ from ._nearby import middle
 from .powers.band_kernels import background
 from .powers.bands import ROUNDING, Bands, degrees_of_freedom
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
+from .powers.leakage import add_hum, leakage_at
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
@@ -73,6 +74,7 @@ class Backgrounds:
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.leakage = leakage_at(scale, self.rate, self.bands.hop)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
@@ -115,6 +117,8 @@ class Backgrounds:
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias)
+            hum = self.leakage @ noise
+            add_hum(noises[0][:, k], hum, parts[:, near_parts], parts_sound[near_parts])
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []
