@@ -77,6 +77,7 @@ from .deciding.notes import (
     voice_notes,
 )
 from .deciding.swells import crowds, most_odds, sharpness
+from .powers.leakage import high_pass
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 
@@ -180,8 +181,21 @@ class Surveyed(NamedTuple):
 
 
 def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
-    """Go through the record for the first time."""
-    survey = Survey(scale, rate)
+    """Go through the record for the first time; twice if there is hum to be filtered out."""
+    gathered = surveyed_through(None, pieces, rate, scale)
+    survey = gathered.survey
+    gated = any(part.any() for passage in survey.passages for part in passage.silent)
+    if not survey.backgrounds.hum or gated:  # silence would no longer be silent
+        return gathered
+    taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
+    return surveyed_through(taps, pieces, rate, scale)
+
+
+def surveyed_through(
+    taps: np.ndarray | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
+) -> Surveyed:
+    """Go through the record, with a filter before the octaves if there are `taps`."""
+    survey = Survey(scale, rate, taps)
     samples, limits = 0, Limits()
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
