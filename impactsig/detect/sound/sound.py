@@ -53,7 +53,7 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
-from ._attack_kernels import measure
+from ._attack_kernels import clipped_after, measure
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
@@ -77,7 +77,7 @@ from .deciding.notes import (
     voice_notes,
 )
 from .deciding.swells import crowds, most_odds, sharpness
-from .powers.leakage import high_pass
+from .powers.leakage import filtered, high_pass
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 
@@ -234,7 +234,7 @@ def search(
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
-    more = math.ceil(BESIDE * rate / scale.hop)
+    more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
     size = window_size(scale)
     for window in windows(pieces() if chosen else [], size):
         if window.segment not in chosen:
@@ -244,13 +244,16 @@ def search(
         places = (more + passage.frame[here] - first) * scale.hop
         if not len(places):
             continue
-        x, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
+        raw, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
+        x = raw if survey.taps is None else filtered(raw, survey.taps)
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        if survey.taps is not None:
+            clipped_after(raw, out[:, 0], valid, (lowest, highest), scale, out[:, 2])
         single.append(np.empty(len(places), np.bool_))
-        lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
+        lone_samples(raw, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
         sharp.append(np.full((2, len(places)), np.nan))
         dense = crowded[window.segment][here]
         if dense.any():
