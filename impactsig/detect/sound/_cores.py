@@ -20,7 +20,7 @@ from ._nearby import middle
 from .powers.band_kernels import background
 from .powers.bands import ROUNDING, Bands, degrees_of_freedom
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
-from .powers.leakage import add_hum, leakage_at, loudest_hum, responses
+from .powers.hum import crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
@@ -57,20 +57,16 @@ class Levels(NamedTuple):
 
 @dataclass
 class Backgrounds:
-    """Works out the background window by window. `low_bias` is that of `noise_power`.
-
-    `taps` are those of a filter before the octaves, if there is one.
-    """
+    """Works out the background window by window. `low_bias` is that of `noise_power`."""
 
     scale: Scale
     rate: float
     bands: Bands
     low_bias: np.ndarray
-    taps: np.ndarray | None = None
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
-    hum: int = 0  # narrow bands, from the lowest up, that the octaves should not hear
+    hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -79,9 +75,7 @@ class Backgrounds:
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
-        self.leakage = leakage_at(scale, self.rate, self.bands.hop)
-        if self.taps is not None:
-            self.leakage = self.leakage * responses(self.taps, self.bands)
+        self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
@@ -124,10 +118,7 @@ class Backgrounds:
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias)
-            hum = self.leakage @ noise
-            if (hum > noises[0][:, k]).any():
-                self.hum = max(self.hum, loudest_hum(noises[0][:, k], self.leakage * noise))
-                add_hum(noises[0][:, k], hum, parts[:, near_parts], parts_sound[near_parts])
+            self.hum = max(self.hum, hum_bands(noises[0][:, k], noise, self.hum_crests))
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []

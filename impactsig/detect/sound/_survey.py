@@ -32,7 +32,7 @@ from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, group_means
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from .powers.gate import Gate
-from .powers.leakage import filtered
+from .powers.hum import filtered
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
@@ -84,7 +84,7 @@ class Slab:
 class Survey:
     """Collects the evidence for impacts, window by window.
 
-    `taps` are those of a filter before the octaves, for records with hum (`powers/leakage.py`).
+    `taps` are those of a filter before the octaves, for records with hum (`powers/hum.py`).
     """
 
     scale: Scale
@@ -118,8 +118,7 @@ class Survey:
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
         self.rises = Rises(scale)
-        bias = self.rises.level_bias
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands, bias, self.taps)
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.rises.level_bias)
         self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))

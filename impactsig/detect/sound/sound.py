@@ -77,7 +77,7 @@ from .deciding.notes import (
     voice_notes,
 )
 from .deciding.swells import crowds, most_odds, sharpness
-from .powers.leakage import filtered, high_pass
+from .powers.hum import filtered, high_pass
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 
