@@ -20,7 +20,7 @@ from ._nearby import middle
 from .powers.band_kernels import background
 from .powers.bands import ROUNDING, Bands, degrees_of_freedom
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
-from .powers.hum import crests_at, hum_bands
+from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
@@ -76,6 +76,7 @@ class Backgrounds:
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
         self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
+        self.below = bands_below(scale, self.bands)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
@@ -118,7 +119,8 @@ class Backgrounds:
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias)
-            self.hum = max(self.hum, hum_bands(noises[0][:, k], noise, self.hum_crests))
+            hum = hum_bands(noises[0][:, k], noise, self.hum_crests, self.below)
+            self.hum = max(self.hum, hum)
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []
