@@ -67,6 +67,7 @@ class Backgrounds:
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
     hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
+    hum_crest: float = 1.0  # power of its crests over the noise of an octave
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -120,7 +121,10 @@ class Backgrounds:
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias)
             hum = hum_bands(noises[0][:, k], noise, self.hum_crests, self.below)
-            self.hum = max(self.hum, hum)
+            if hum:
+                crest = self.hum_crests[:, : self.below] @ noise[: self.below]
+                self.hum = max(self.hum, hum)
+                self.hum_crest = max(self.hum_crest, float((crest / noises[0][:, k]).max()))
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []

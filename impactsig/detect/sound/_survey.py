@@ -97,6 +97,7 @@ class Survey:
     backgrounds: Backgrounds = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
+    hum_crest: float = 0.0  # of hum that is filtered out, above the noise [neper of power]
     lag: int = field(init=False)
     later: int = field(init=False)
     spoilt: int = field(init=False)  # frames at either end of samples that a filter spoils

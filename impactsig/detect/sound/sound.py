@@ -61,7 +61,7 @@ from ._cores import cores_of, window_size
 from ._growth import Growth
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
-from ._nearby import middles
+from ._nearby import middle, middles
 from ._survey import Survey
 from ._windows import windows
 from .deciding.calibrated import calibrated
@@ -90,6 +90,7 @@ SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
+CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -188,7 +189,9 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     if not survey.backgrounds.hum or gated:  # silence would no longer be silent
         return gathered
     taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
-    return surveyed_through(taps, pieces, rate, scale)
+    gathered = surveyed_through(taps, pieces, rate, scale)
+    gathered.survey.hum_crest = math.log(survey.backgrounds.hum_crest)
+    return gathered
 
 
 def surveyed_through(
@@ -235,6 +238,11 @@ def search(
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
+    taps = survey.taps
+    # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
+    clear = survey.hum_crest + CLEAR_OF_HUM + 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
+    if taps is not None and loudness_of(survey, chosen) > clear:
+        taps = None
     size = window_size(scale)
     for window in windows(pieces() if chosen else [], size):
         if window.segment not in chosen:
@@ -245,12 +253,12 @@ def search(
         if not len(places):
             continue
         raw, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
-        x = raw if survey.taps is None else filtered(raw, survey.taps)
+        x = raw if taps is None else filtered(raw, taps)
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
-        if survey.taps is not None:
+        if taps is not None:
             clipped_after(raw, out[:, 0], valid, (lowest, highest), scale, out[:, 2])
         single.append(np.empty(len(places), np.bool_))
         lone_samples(raw, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
@@ -424,6 +432,17 @@ def choose(
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
     return chosen, greatest, LeftOut(pulses, crowded)
+
+
+def loudness_of(survey: Survey, chosen: dict[int, Chosen]) -> float:
+    """Median loudness of the impacts that have a crest of C [neper of power]; 0 without any."""
+    every = [np.zeros(0)]
+    for passage in survey.passages:
+        if passage.segment in chosen:
+            place, loud = np.concatenate(passage.place), np.concatenate(passage.loud)
+            every.append(loud[np.isin(place, chosen[passage.segment].frame)])
+    values = np.concatenate(every)
+    return middle(values) if len(values) else 0.0
 
 
 def greatest_rise(

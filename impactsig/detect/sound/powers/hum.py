@@ -31,7 +31,7 @@ from .bands import Bands, bands_at
 
 CRESTS = 4.0  # times its mean: power of hum at the crests of its waveform
 PULSES = 1.25  # times the mean in noise: power within the octaves that is not steady
-LENGTH = 1 << 14  # samples, about, of the tones that the wavelet is asked about
+LENGTH = 1 << 13  # samples, about, of the tones that the wavelet is asked about
 HEARD = 0.5  # of what counts: crests that a filter may leave
 STOPPED = 90.0  # [dB]
 NARROWEST = 150.0  # [Hz], between what the filter stops and what it passes
