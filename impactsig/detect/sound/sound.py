@@ -36,6 +36,8 @@ instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings 
 common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin gradually scatter, by
 the growth of their power (`_growth.py`).
 
+Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
+
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then attacks are timed. Results do not depend on how the record is divided into
 blocks.

@@ -77,11 +77,11 @@ def hum_bands(octaves: np.ndarray, bands: np.ndarray, crests: np.ndarray, below:
     `below` the octaves. It is 0 if there is no hum, or nothing to be gained.
     """
     level = TIMES_BACKGROUND * octaves
-    hum = crests[:, :below] * bands[:below]
-    if not (hum.sum(axis=1) > level).any():
+    if not (crests[:, :below] @ bands[:below] > level).any():  # as nearly always
         return 0
     if (crests[:, below:] @ bands[below:] > PULSES * CRESTS * octaves).any():
         return 0
+    hum = crests[:, :below] * bands[:below]
     above = np.cumsum(hum[:, ::-1], axis=1)[:, ::-1]
     return int(np.count_nonzero(above > HEARD * level[:, None], axis=1).max())
 
