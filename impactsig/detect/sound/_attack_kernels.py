@@ -253,3 +253,11 @@ def crest(x, split, valid, limits, scale):
             clipped = 1.0
         before = now
     return greatest, clipped
+
+
+@allocating
+def clipped_after(x, attacks, valid, limits, scale, out):
+    """out[k]: 1.0 if samples after attack k, a place between samples of x, are clipped."""
+    for k in range(len(attacks)):
+        split = int(attacks[k] + 0.5)
+        out[k] = crest(x, split, valid, limits, scale)[1]

@@ -22,6 +22,7 @@ from .powers.bands import ROUNDING, Bands, degrees_of_freedom
 from .powers.fades import beside_fades
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.holes import has_holes
+from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
@@ -71,6 +72,8 @@ class Backgrounds:
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
     with_holes: int = 0  # cores beside which a codec left holes
+    hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
+    hum_crest: float = 1.0  # power of its crests over the noise of an octave
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -79,6 +82,8 @@ class Backgrounds:
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
+        self.below = bands_below(scale, self.bands)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
@@ -137,6 +142,11 @@ class Backgrounds:
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
             noise = noise_power(bands[:, near], sound[near], self.mean_bias, holes)
+            hum = hum_bands(noises[0][:, k], noise, self.hum_crests, self.below)
+            if hum:
+                crest = self.hum_crests[:, : self.below] @ noise[: self.below]
+                self.hum = max(self.hum, hum)
+                self.hum_crest = max(self.hum_crest, float((crest / noises[0][:, k]).max()))
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
             noises[2][:, k] = np.maximum(noise, leakage)
         out = []

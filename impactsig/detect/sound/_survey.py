@@ -34,6 +34,7 @@ from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from .powers.fades import edge_steps
 from .powers.gate import Gate
 from .powers.holes import falls_of
+from .powers.hum import filtered
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
@@ -83,10 +84,14 @@ class Slab:
 
 @dataclass
 class Survey:
-    """Collects the evidence for impacts, window by window."""
+    """Collects the evidence for impacts, window by window.
+
+    `taps` are those of a filter before the octaves, for records with hum (`powers/hum.py`).
+    """
 
     scale: Scale
     rate: float
+    taps: np.ndarray | None = None
     bands: Bands = field(init=False)
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
@@ -94,8 +99,10 @@ class Survey:
     backgrounds: Backgrounds = field(init=False)
     weights: np.ndarray = field(init=False)
     spread: float = field(init=False)  # standard deviation of the rise in noise, about
+    hum_crest: float = 0.0  # of hum that is filtered out, above the noise [neper of power]
     lag: int = field(init=False)
     later: int = field(init=False)
+    spoilt: int = field(init=False)  # frames at either end of samples that a filter spoils
     begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
@@ -115,6 +122,7 @@ class Survey:
         self.gate = Gate(scale, self.rate, self.bands)
         self.rises = Rises(scale)
         self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.rises.level_bias)
+        self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
@@ -125,7 +133,7 @@ class Survey:
         beside = max(2 * GROUP, -(-half // scale.hop), scale.past)
         margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
         left, right = (max(own, low) for own, low in zip(margin, self.rises.margin, strict=True))
-        self.margin = -(-left // DEEPEST) * DEEPEST, right
+        self.margin = -(-(left + self.spoilt) // DEEPEST) * DEEPEST, right + self.spoilt
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
@@ -163,6 +171,10 @@ class Survey:
         if window.first == 0:
             self.gate.begin()
         x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
+        if self.taps is not None:
+            real = real[0] + self.spoilt, real[1] - self.spoilt
+            power = continued = np.empty_like(power)
+            octave_powers(filtered(x, self.taps), scale.octaves, *self.scratch[:, :half], power)
         blocks = -(-groups // PER)
         parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
         counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
@@ -192,13 +204,13 @@ class Survey:
         if silent_parts.any():
             steps = edge_steps(parts, counted, PART * hop / self.rate)
         falls = falls_of(means, sounding)
-        last = (len(core) + len(window.after)) // hop - EDGE - scale.forward
+        last = (len(core) + len(window.after)) // hop - EDGE - scale.forward - self.spoilt
         first = window.first // hop
         return Slab(
             window.segment,
             first,
             not len(window.after),
-            (scale.past - first, last),
+            (scale.past + self.spoilt - first, last),
             continued,
             left,
             count,

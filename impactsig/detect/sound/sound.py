@@ -36,6 +36,8 @@ instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings 
 common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin gradually scatter, by
 the growth of their power (`_growth.py`).
 
+Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
+
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then attacks are timed. Results do not depend on how the record is divided into
 blocks.
@@ -53,7 +55,7 @@ from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
-from ._attack_kernels import measure
+from ._attack_kernels import clipped_after, measure
 from ._clicks import BESIDE as CLICK
 from ._clicks import are_clicks, lone_samples, repaired, repairs
 from ._clipping import Limits
@@ -61,7 +63,7 @@ from ._cores import cores_of, window_size
 from ._growth import Growth
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
-from ._nearby import middles
+from ._nearby import middle, middles
 from ._survey import Survey
 from ._windows import windows
 from .deciding.calibrated import calibrated
@@ -78,6 +80,7 @@ from .deciding.notes import (
     voice_notes,
 )
 from .deciding.swells import crowds, most_odds, sharpness
+from .powers.hum import filtered, high_pass
 from .timing.alike import Lengths, Overlay, lengths_at
 from .timing.shared_modes import SharedModes
 
@@ -90,6 +93,7 @@ SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 BESIDE = 40e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
+CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -181,8 +185,23 @@ class Surveyed(NamedTuple):
 
 
 def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
-    """Go through the record for the first time."""
-    survey = Survey(scale, rate)
+    """Go through the record for the first time; twice if there is hum to be filtered out."""
+    gathered = surveyed_through(None, pieces, rate, scale)
+    survey = gathered.survey
+    gated = any(part.any() for passage in survey.passages for part in passage.silent)
+    if not survey.backgrounds.hum or gated:  # silence would no longer be silent
+        return gathered
+    taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
+    gathered = surveyed_through(taps, pieces, rate, scale)
+    gathered.survey.hum_crest = math.log(survey.backgrounds.hum_crest)
+    return gathered
+
+
+def surveyed_through(
+    taps: np.ndarray | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
+) -> Surveyed:
+    """Go through the record, with a filter before the octaves if there are `taps`."""
+    survey = Survey(scale, rate, taps)
     samples, limits = 0, Limits()
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
@@ -221,7 +240,12 @@ def search(
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
-    more = math.ceil(BESIDE * rate / scale.hop)
+    more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
+    taps = survey.taps
+    # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
+    clear = survey.hum_crest + CLEAR_OF_HUM + 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
+    if taps is not None and loudness_of(survey, chosen) > clear:
+        taps = None
     size = window_size(scale)
     for window in windows(pieces() if chosen else [], size):
         if window.segment not in chosen:
@@ -231,13 +255,16 @@ def search(
         places = (more + passage.frame[here] - first) * scale.hop
         if not len(places):
             continue
-        x, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
+        raw, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
+        x = raw if taps is None else filtered(raw, taps)
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
         measure(x, places, valid, (lowest, highest), scale, out, sounds)
+        if taps is not None:
+            clipped_after(raw, out[:, 0], valid, (lowest, highest), scale, out[:, 2])
         single.append(np.empty(len(places), np.bool_))
-        lone_samples(x, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
+        lone_samples(raw, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
         sharp.append(np.full((2, len(places)), np.nan))
         dense = crowded[window.segment][here]
         if dense.any():
@@ -409,6 +436,17 @@ def choose(
             columns = (found.frame, found.coarse, found.spread, likely)
             chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
     return chosen, greatest, LeftOut(pulses, crowded)
+
+
+def loudness_of(survey: Survey, chosen: dict[int, Chosen]) -> float:
+    """Median loudness of the impacts that have a crest of C [neper of power]; 0 without any."""
+    every = [np.zeros(0)]
+    for passage in survey.passages:
+        if passage.segment in chosen:
+            place, loud = np.concatenate(passage.place), np.concatenate(passage.loud)
+            every.append(loud[np.isin(place, chosen[passage.segment].frame)])
+    values = np.concatenate(every)
+    return middle(values) if len(values) else 0.0
 
 
 def greatest_rise(
