@@ -65,6 +65,7 @@ from ._windows import windows
 from .deciding.calibrated import calibrated
 from .deciding.decision import LATER, SOONER, candidates
 from .deciding.doubt import EVEN, Doubt
+from .deciding.gradual import gradual_odds, most_odds_beside, steady_odds
 from .deciding.notes import (
     click_notes,
     converter_notes,
@@ -112,6 +113,7 @@ class Chosen(NamedTuple):
     coarse: np.ndarray
     spread: np.ndarray
     probability: np.ndarray
+    steady: np.ndarray  # log-odds but for the attack, where a rise may be gradual; else infinite
 
 
 def detect_sound(
@@ -216,6 +218,7 @@ def search(
     overlay = Overlay(lengths, modes.last)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
+    gradual = [np.empty(0)]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop)
     size = window_size(scale)
@@ -239,6 +242,8 @@ def search(
         if dense.any():
             lags = scale.long_lag, scale.slope
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
+        lags = scale.short_lag, scale.slope
+        gradual.append(gradual_odds(x, out[:, 0], passage.steady[here], valid, rate, lags))
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         out[:, 0] += window.segment + window.first - more * scale.hop
@@ -249,8 +254,12 @@ def search(
     likely = np.concatenate(chances)
     in_order = np.maximum.accumulate(columns[:, 0]) / rate
     most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
+    sudden = most_odds_beside(in_order, np.concatenate(gradual), likely >= EVEN)
+    most = np.minimum(most, sudden)
     swells = likely >= least_probability
+    before = likely
     likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+    doubt.turn(before, likely)
     enough = likely >= least_probability
     swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
@@ -400,8 +409,10 @@ def choose(
         crowded += int(np.count_nonzero(found.crowded & (likely < least)))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
-            columns = (found.frame, found.coarse, found.spread, likely)
-            chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
+            columns = (found.frame, found.coarse, found.spread, likely, found.by_octaves)
+            *columns, by_octaves = (column[kept] for column in columns)
+            steady = steady_odds(passage, columns[0], by_octaves, survey.scale.hop / rate)
+            chosen[passage.segment] = Chosen(*columns, steady)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 
