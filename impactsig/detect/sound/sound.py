@@ -27,8 +27,8 @@ ringing does not raise it and a rattle does only slightly. G detects low tones, 
 (`_rise_odds.py`). `decision.py` combines them to the probability of an impact. Rounding by a
 converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
 squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
-without them. Many rises in a short time are pulses of a voice (`_voices.py`), and repeated gradual
-rises are swelling noise (`swells.py`).
+without them. Many rises in a short time are pulses of a voice (`_voices.py`), and gradual rises
+are swelling noise (`swells.py`, `gradual.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
@@ -409,10 +409,10 @@ def choose(
         crowded += int(np.count_nonzero(found.crowded & (likely < least)))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
-            columns = (found.frame, found.coarse, found.spread, likely, found.by_octaves)
-            *columns, by_octaves = (column[kept] for column in columns)
-            steady = steady_odds(passage, columns[0], by_octaves, survey.scale.hop / rate)
-            chosen[passage.segment] = Chosen(*columns, steady)
+            frame, by_octaves = found.frame[kept], found.by_octaves[kept]
+            steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
+            columns = (column[kept] for column in (found.coarse, found.spread, likely))
+            chosen[passage.segment] = Chosen(frame, *columns, steady)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 
