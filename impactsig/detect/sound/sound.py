@@ -411,8 +411,8 @@ def choose(
         if kept.any():
             frame, by_octaves = found.frame[kept], found.by_octaves[kept]
             steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
-            columns = (column[kept] for column in (found.coarse, found.spread, likely))
-            chosen[passage.segment] = Chosen(frame, *columns, steady)
+            coarse, spread = found.coarse[kept], found.spread[kept]
+            chosen[passage.segment] = Chosen(frame, coarse, spread, likely[kept], steady)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 
