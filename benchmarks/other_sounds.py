@@ -1,4 +1,7 @@
-"""Detection in kinds of sound that no constant of the detector was chosen on, beside onset pickers.
+"""Detection in further kinds of sound, beside onset pickers.
+
+No constant of the detector was chosen on these kinds, except those of `deciding/gradual.py`, which
+were fitted to other seeds of most of them: judge on seeds from 901 on.
 
 Every function draws one record from a generator of random numbers: samples, rate, and the instants
 of its impacts. Impacts less than `apart` after the last one kept are one, as are detections; one
