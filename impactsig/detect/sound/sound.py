@@ -27,8 +27,8 @@ ringing does not raise it and a rattle does only slightly. G detects low tones, 
 (`_rise_odds.py`). `decision.py` combines them to the probability of an impact. Rounding by a
 converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
 squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
-without them. Many rises in a short time are pulses of a voice (`_voices.py`), and repeated gradual
-rises are swelling noise (`swells.py`).
+without them. Many rises in a short time are pulses of a voice (`_voices.py`), and gradual rises
+are swelling noise (`swells.py`, `gradual.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
@@ -69,6 +69,7 @@ from ._windows import windows
 from .deciding.calibrated import calibrated
 from .deciding.decision import LATER, SOONER, candidates
 from .deciding.doubt import EVEN, Doubt
+from .deciding.gradual import gradual_odds, most_odds_beside, steady_odds
 from .deciding.notes import (
     click_notes,
     codec_notes,
@@ -119,6 +120,7 @@ class Chosen(NamedTuple):
     coarse: np.ndarray
     spread: np.ndarray
     probability: np.ndarray
+    steady: np.ndarray  # log-odds but for the attack, where a rise may be gradual; else infinite
 
 
 def detect_sound(
@@ -239,6 +241,7 @@ def search(
     growth = Growth(rate, lengths.before)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
+    gradual = [np.empty(0)]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
     taps = survey.taps
@@ -270,6 +273,8 @@ def search(
         if dense.any():
             lags = scale.long_lag, scale.slope
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
+        lags = scale.short_lag, scale.slope
+        gradual.append(gradual_odds(x, out[:, 0], passage.steady[here], valid, rate, lags))
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         growth.add(sounds[passage.probability[here] >= EVEN])
@@ -281,8 +286,12 @@ def search(
     likely = np.concatenate(chances)
     in_order = np.maximum.accumulate(columns[:, 0]) / rate
     most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
+    sudden = most_odds_beside(in_order, np.concatenate(gradual), likely >= EVEN)
+    most = np.minimum(most, sudden)
     swells = likely >= least_probability
+    before = likely
     likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+    doubt.turn(before, likely)
     enough = likely >= least_probability
     swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
@@ -433,8 +442,10 @@ def choose(
         crowded += int(np.count_nonzero(found.crowded & (likely < least)))
         greatest = max(greatest, float(likely.max(initial=0.0)))
         if kept.any():
-            columns = (found.frame, found.coarse, found.spread, likely)
-            chosen[passage.segment] = Chosen(*(column[kept] for column in columns))
+            frame, by_octaves = found.frame[kept], found.by_octaves[kept]
+            steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
+            coarse, spread = found.coarse[kept], found.spread[kept]
+            chosen[passage.segment] = Chosen(frame, coarse, spread, likely[kept], steady)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 

@@ -10,26 +10,25 @@ from ...._compiling.compiled import njit
 
 
 @njit(nogil=True)
-def powers_beside(x, attack, valid, lengths, lags, out):
-    """Mean squares of the innovations beside attacks, in four stretches that follow one another.
+def powers_beside(x, attack, valid, edges, lags, out):
+    """Mean squares of the innovations beside attacks, in stretches that follow one another.
 
     Parameters
     ----------
     x : samples
     attack : (n,) places between samples of x
     valid : first and last (exclusive) index of x that is a sample; beyond, these go on
-    lengths : samples of the stretch beside an attack, and of both on one side of it
+    edges : (m + 1,) ascending limits of the stretches, in samples after an attack
     lags : lag and slope of the innovations
-    out : (4, n), room for the mean squares
+    out : (m, n), room for the mean squares
     """
-    near, far = lengths
     lag, slope = lags
     share = lag / slope
     for k in range(len(attack)):
         at = math.ceil(attack[k])
-        begin = at - far
-        for part in range(4):
-            end = at + (-near, 0, near, far)[part]
+        begin = at + edges[0]
+        for part in range(len(out)):
+            end = at + edges[part + 1]
             total = 0.0
             for i in range(begin, end):
                 now = x[min(max(i, valid[0]), valid[1] - 1)]

@@ -125,6 +125,7 @@ class Candidates(NamedTuple):
     odds: np.ndarray  # logarithm of those of an impact
     pulse: np.ndarray  # bool: no impact because it is one of many, as pulses of a voice
     crowded: np.ndarray  # bool: none because many come as densely, though little lies in between
+    by_octaves: np.ndarray  # evidence
 
     @property
     def probability(self) -> np.ndarray:
@@ -204,7 +205,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     order = np.argsort(frame, kind="stable")
     pulse = likely & (odds <= 0.0)
     crowded = np.append(crowd, np.zeros(len(frame) - len(place), bool)) & ~likely
-    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded)
+    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded, by_octaves)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
     return with_rises(found, crests, passage, b, audible, seconds)
@@ -293,7 +294,7 @@ def with_others(
     """Add candidates, in ascending order, to which rules for pulses and crowds do not apply."""
     at = np.searchsorted(found.frame, frame)
     neither = np.zeros(len(frame), bool)
-    new = Candidates(frame, neither, spread, odds, neither, neither)
+    new = Candidates(frame, neither, spread, odds, neither, neither, np.zeros(len(frame)))
     pairs = zip(found, new, strict=True)
     return Candidates(*(np.insert(column, at, values) for column, values in pairs))
 

@@ -45,6 +45,13 @@ class Doubt:
         self.false += float((1.0 - likely).sum())
         self.missed += float(others.sum())
 
+    def turn(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Account for likely rises whose probabilities fell since they were added."""
+        gone = (before >= EVEN) & (after < EVEN)
+        self.right = max(self.right - float(before[gone].sum()), 0.0)
+        self.false = max(self.false - float((1.0 - before[gone]).sum()), 0.0)
+        self.missed += float(after[gone & (after > POSSIBLE)].sum())
+
     @property
     def f1(self) -> float:
         """Expected F1."""

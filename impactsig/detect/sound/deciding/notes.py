@@ -64,7 +64,7 @@ def swell_notes(swells: int) -> tuple[str, ...]:
         return ()
     return (
         f"{swells} rises are gradual and come one after the other, as noise that swells makes them "
-        "(a fan, a compressor), and are not counted as impacts.",
+        "(a fan, a compressor, wind), and are not counted as impacts.",
     )
 
 

@@ -48,7 +48,8 @@ def sharpness(
     """
     near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
     power = np.empty((4, len(attack)))
-    powers_beside(x, attack, valid, (near, far), (lag, slope), power)
+    edges = np.array([-far, -near, 0, near, far])
+    powers_beside(x, attack, valid, edges, (lag, slope), power)
     inside = near / far
     mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
     least = np.finfo(float).eps * mean + np.finfo(float).tiny

@@ -1,0 +1,118 @@
+"""Single gradual rises of power, as of gusts of wind, distinguished from impacts.
+
+Noise that swells raises narrow bands as much as an impact does, but all of them, and for longer
+than the 10 ms over which B is taken. With P(a, b) the mean square of the innovations from a to b
+milliseconds after the attack, and
+
+    R = ln(P(0, 4) / P(-4, 0)),    S = ln(P(1, 8) / P(-8, -1)),    S' = ln(P(-8, -1) / P(-16, -8)),
+
+a rise of 0.33 and more in narrow bands, with H below 60, R below 3 and S above 0.3 has the log-odds
+
+    x = 2.2 (R - 0.75 S) - 1.6 S' - 0.9 W + 0.55 ln(1 + H) + 1.5 ln(1 + G) + 0.95 ln(e + 0.03) - 5.4
+
+of being sudden, where W is by how much the rising bands go on to rise within 17 ms, and e the
+evidence from octaves (`decision.py`): an impact raises the power at once, neither before nor after,
+and most in a few bands, whereas sound that swells rises evenly in time and frequency. R is limited
+to -1 and 3, S to -1 and 4, S' to -1 and 2, W to -1 and 3. Beside digital silence x is not asked.
+Swelling noise swells again, but a single gradual onset may be that of an impact: with n others of
+negative x within a second, the log-odds of an impact are at most x + 2 - 0.9 min(n, 4).
+
+Fitted by logistic regression to noise modulated 1 to 40 times a second, noise of random level, and
+`benchmarks.other_sounds`, `benchmarks.varied_sound` (seeds 92201 to 92204), drums and keys.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._nearby import nearest_group
+from .._rise_kernels import STEP
+from .._survey import Passage
+from ._rise_odds import HERE, greatest_beside
+from ._swell_kernels import powers_beside
+
+RISEN, ABRUPT = 0.33, 60.0  # B from which on, and H below which a rise may be gradual
+SUDDEN, SHOWN = 3.0, 0.3  # R of an impact, and least S of a gradual rise
+EDGES = np.array([-16.0, -8.0, -4.0, -1.0, 0.0, 1.0, 4.0, 8.0]) * 1e-3  # [s], about the attack
+OF_R, OF_S, OF_BEFORE, OF_GROWTH = 2.2, -1.65, -1.6, -0.9  # of R, S, S', W in the log-odds
+OF_H, OF_G, OF_OCTAVES, OFFSET = 0.55, 1.5, 0.95, -5.4
+LEAST, MOST_S, MOST_BEFORE, MOST_GROWTH = -1.0, 4.0, 2.0, 3.0  # that count [neper]
+LEAST_OCTAVES = 0.03
+BESIDE = 3  # GROUPs, of the rise in narrow bands
+NEAR, ALONE, EACH, MOST_OTHERS = 1.0, 2.0, -0.9, 4  # [s], log-odds alone, for each other, and most
+
+
+def steady_odds(
+    passage: Passage, frame: np.ndarray, by_octaves: np.ndarray, seconds: float
+) -> np.ndarray:
+    """The part of x that does not depend on the attack; infinite where a rise is not gradual.
+
+    Parameters
+    ----------
+    frame, by_octaves : ndarray
+        Frames of `seconds` each at which impacts lie, and their evidence from octaves.
+    """
+    bands = np.concatenate(passage.bands)
+    group = nearest_group(frame, len(bands))
+    b, g, growth = (
+        greatest_beside(values, group, BESIDE)
+        for values in (bands, np.concatenate(passage.likelihood), np.concatenate(passage.growth))
+    )
+    rises = np.concatenate(passage.rises)
+    h = greatest_beside(rises, frame // STEP, round(HERE / (STEP * seconds)))
+    out = OF_H * np.log1p(h) + OF_G * np.log1p(g) + OFFSET
+    out += OF_GROWTH * np.clip(growth, LEAST, MOST_GROWTH)
+    out += OF_OCTAVES * np.log(by_octaves + LEAST_OCTAVES)
+    return np.where((b >= RISEN) & (h < ABRUPT), out, np.inf)
+
+
+def gradual_odds(
+    x: np.ndarray,
+    attack: np.ndarray,
+    steady: np.ndarray,
+    valid: tuple[int, int],
+    rate: float,
+    lags: tuple[int, int],
+) -> np.ndarray:
+    """Log-odds that rises with these attacks, places in x, are sudden; infinite if not asked for.
+
+    `steady` are their `steady_odds`, `lags` the lag and the slope of the innovations.
+    """
+    out = np.full(len(attack), np.inf)
+    edges = np.round(EDGES * rate).astype(np.int64)
+    asked = np.isfinite(steady)
+    asked &= (attack + edges[0] >= valid[0] + sum(lags)) & (attack + edges[-1] < valid[1])
+    if not asked.any():
+        return out
+    power = np.empty((len(edges) - 1, np.count_nonzero(asked)))
+    powers_beside(x, attack[asked], valid, edges, lags, power)
+    size = np.diff(edges)
+
+    def mean(first: int, last: int) -> np.ndarray:
+        parts = slice(first, last)
+        return np.asarray(size[parts] @ power[parts] / size[parts].sum())
+
+    heard = (power > 0.0).all(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rise = np.log(mean(4, 6) / mean(2, 4))
+        wide = np.log(mean(5, 7) / mean(1, 3))
+        before = np.log(mean(1, 3) / mean(0, 1))
+        odds = steady[asked] + OF_R * np.clip(rise, LEAST, SUDDEN)
+        odds += OF_S * np.clip(wide, LEAST, MOST_S)
+        odds += OF_BEFORE * np.clip(before, LEAST, MOST_BEFORE)
+    out[asked] = np.where(heard & (rise < SUDDEN) & (wide > SHOWN), odds, np.inf)
+    return out
+
+
+def most_odds_beside(instant: np.ndarray, odds: np.ndarray, likely: np.ndarray) -> np.ndarray:
+    """The greatest log-odds that impacts at these instants [s], in order, may have.
+
+    `odds` are those of `gradual_odds`. Those that are `likely` otherwise are company.
+    """
+    gradual = (odds < 0.0) & likely
+    if not gradual.any():
+        return odds + ALONE
+    total = np.append(0, np.cumsum(gradual))
+    first, last = np.searchsorted(instant, (instant - NEAR, instant + NEAR))
+    others = np.minimum(total[last] - total[first] - gradual, MOST_OTHERS)
+    return np.asarray(odds + ALONE + EACH * others)
