@@ -39,6 +39,8 @@ LITTLE, SOME = 1.5, 0.06
 """Times the level of certainty that a faint impact stands at most, and their least share of all."""
 LEAST_WIDTH = 3.0
 """Samples: a faint pulse that is narrower cannot be told from a glitch, or from ringing."""
+SURE = 1.5
+"""Standard deviations less than counted, of crests of noise that go down."""
 LEAST_FREE = 0.01
 """Share of the time in which crests of noise are looked for, at least."""
 _NONE = np.empty(0)
@@ -152,7 +154,8 @@ class Judge:
         self.faint[:, 1] = width
         drawing = np.concatenate((taken, self.faint[upward[:, 3] >= DRAWING]))
         drawing = drawing[np.argsort(drawing[:, 0], kind="stable")]
-        downward = self._apart(np.concatenate([down for _, down in seen]), drawing, FLANKS)
+        every = np.concatenate([down for _, down in seen])
+        downward = self._apart(every, drawing, FLANKS)
         chance = self._weigh(
             width,
             upward[:, 3],
@@ -160,6 +163,9 @@ class Judge:
             self._free(taken, APART),
             self._free(drawing, FLANKS),
         )
+        every = self._apart(every, taken, FLANKS)
+        free = self._free(taken, APART) / self._free(taken, FLANKS)
+        chance = np.minimum(chance, _not_as_deep(upward[:, 3], every[:, 3], min(free, 1.0)))
         like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
         self.probability[like & ~self.certain] = 0.0  # their crests at this width speak for them
         bad = self._rings(self.faint) | (upward[:, 3] >= self.usual_level)
@@ -264,3 +270,15 @@ def in_step_with_mains(events: np.ndarray, rate: float) -> bool:
         if abs(turns.mean()) > IN_STEP:
             return True
     return False
+
+
+def _not_as_deep(upward: np.ndarray, downward: np.ndarray, time: float) -> np.ndarray:
+    """Greatest probabilities of upward crests, by how many downward ones are at least as high.
+
+    Noise goes as far down as up, also where it swells and has more high crests than Gaussian noise.
+    `time` is that in which upward crests were looked for, over that of downward ones.
+    """
+    higher = len(downward) - np.searchsorted(np.sort(downward), upward)
+    least = time * np.maximum(higher - SURE * np.sqrt(higher) - 1.0, 0.0)
+    all_higher = len(upward) - np.searchsorted(np.sort(upward), upward)
+    return np.asarray(np.maximum(1.0 - least / all_higher, 0.0))
