@@ -185,20 +185,21 @@ def _share_family(rows, x, origin, timed, told):
         shape = Shape(even[0].copy(), even[1].copy(), np.zeros((SHAPES, SHAPES)), told)
         shape = _share(rows, alike, timed, True, even, told, shape, ROUNDS)
         if not missed and not steep:
-            room = make_room()
-            for _ in range(FAMILY_ROUNDS):
-                if _turned(rows, alike, shape) < TURNED:
-                    break
+            before, first, room = rows.copy(), shape, make_room()
+            for held in (True, False):
+                if held:
+                    shape = _settle(rows, alike, x, origin, timed, even, told, shape, room)
+                else:  # astray: a shape that single fits do not show
+                    rows[:] = before
+                    shape = _share(rows, alike, timed, True, about, told, first, ROUNDS)
                 linearize_anew(rows, alike, x, origin, room)
-                if shape.mean[FLAT - SKEW] < 0.0:
-                    shape.mean[FLAT - SKEW] = even[0, FLAT - SKEW] = 0.0
-                    even[1, FLAT - SKEW] = HELD
-                shape = _share(rows, alike, timed, True, even, told, shape, AGAIN)
-            linearize_anew(rows, alike, x, origin, room)
-            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
-            if len(clear) >= LEAST:
+                shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+                if len(clear) < LEAST:
+                    break
                 _, left, error = common_rest(rows, clear, x, origin, room)
                 absorbed = max(1.0 - BY_SHARED / length, FEWEST)
+                if left <= DOUBT * error:
+                    break
         mean, spread, learnt = shape.mean, shape.spread, shape.told
     left, error = _with_told(left / absorbed, error / absorbed, learnt)
     missed |= len(alike) > 0 and left > DOUBT * error
@@ -208,6 +209,23 @@ def _share_family(rows, x, origin, timed, told):
     shown = missed and len(clear) >= LEAST and not steep
     left = max(left, 0.0)
     return missed, shown, steep, left, alike, clear, about, mean, spread, learnt
+
+
+@allocating
+def _settle(rows, alike, x, origin, timed, about, told, shape, room):
+    """The shape after pulses have become linear about it, powers (and flat tops below none) held.
+
+    `about` is changed.
+    """
+    for _ in range(FAMILY_ROUNDS):
+        if _turned(rows, alike, shape) < TURNED:
+            break
+        linearize_anew(rows, alike, x, origin, room)
+        if shape.mean[FLAT - SKEW] < 0.0:
+            shape.mean[FLAT - SKEW] = about[0, FLAT - SKEW] = 0.0
+            about[1, FLAT - SKEW] = HELD
+        shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+    return shape
 
 
 @allocating
