@@ -235,9 +235,6 @@ class CorrelationDimension(Shown):
 
     plot = drawn_on_figure_by("dimension", "it")
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def _listed(one: ScaleSlope) -> str:
     """What an interval covers, in words."""
