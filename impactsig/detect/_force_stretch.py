@@ -163,6 +163,7 @@ class StretchSearch:
             self.below = noise_below(span.values, span.step, abs(self.factor))
             self.sigma = max(self.sigma, math.hypot(self.below, span.step / math.sqrt(12.0)))
         whole = True
+        samples, origin = np.empty(0), span.first
         rows, again = np.empty((len(events), ROW + KEPT)), np.ones(len(events), np.bool_)
         while len(events):
             samples, origin = self._measure(k, events, group, again, rows)
