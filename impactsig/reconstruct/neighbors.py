@@ -52,7 +52,7 @@ class FalseNeighbors(Shown):
     tolerance : float
         The fraction allowed.
     warnings : tuple of str
-        What speaks against the result.
+        Warnings about the result.
 
     See Also
     --------
@@ -115,7 +115,7 @@ class AveragedFalseNeighbors(Shown):
     delay, theiler : int
         As used.
     warnings : tuple of str
-        What speaks against the result.
+        Warnings about the result.
 
     See Also
     --------

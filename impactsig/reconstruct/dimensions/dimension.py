@@ -112,7 +112,7 @@ class CorrelationDimension(Shown):
     reason : str
         Why there is no dimension.
     needed : str
-        What would be needed.
+        What would allow an estimate, such as a longer run.
     kaplan_yorke : KaplanYorke or None
         D1, if a contraction was given and the exponent could be estimated.
     period : int or None
