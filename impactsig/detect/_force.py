@@ -111,7 +111,7 @@ def _without_codes(
     in_memory: bool,
     others: ForceImpacts | None,
 ) -> ForceImpacts | None:
-    """As `detect_force`, with straight lines in place of error codes."""
+    """As `detect_force`, with the nearest sample in place of error codes."""
     runs: list[Disturbance] = []
     found = detect_force(
         lambda: without_codes(pieces(), codes, runs),

@@ -39,6 +39,17 @@ def test_codes_as_frequent_as_impacts(machine, code, polarity):
     assert {one.height for one in runs} == {code}
 
 
+def test_codes_leave_the_step_of_a_converter(machine):
+    """Filled by lines, 164 samples halved it, and 626 impacts were found instead of 60."""
+    truth, samples = machine
+    coarse = 0.05 * np.round(samples / 0.05)
+    coded = coarse.copy()
+    coded[np.random.default_rng(8).integers(0, len(samples), 200)] = 32767.0
+    expected, found = found_in(coarse), found_in(coded)
+    assert found.settings["converter_step"] == expected.settings["converter_step"]
+    assert match_impacts(found, truth, 1e-3).f1 == match_impacts(expected, truth, 1e-3).f1
+
+
 def test_two_codes_in_any_blocks(machine):
     truth, samples = machine
     rng = np.random.default_rng(6)

@@ -48,7 +48,7 @@ def _far_from(codes: tuple[float, ...], parts: Iterable[np.ndarray]) -> tuple[fl
 def without_codes(
     pieces: Iterable[Piece], codes: tuple[float, ...], runs: list[Disturbance]
 ) -> Iterator[Piece]:
-    """The pieces with straight lines in place of codes; `runs` is filled with where these are."""
+    """The pieces with the nearest sample in place of codes; `runs` is filled with their places."""
     runs.clear()
     before: float | None = None  # last sample that is no code, if the next piece follows it
     held, start = np.empty(0), 0  # codes at the end of the piece before
@@ -88,5 +88,7 @@ def _filled(
             at, known = np.append(-1, at), np.append(before, known)
         if len(at):
             x = x.astype(float)
-            x[coded] = np.interp(np.flatnonzero(coded), at, known)
+            # Values between those of a coarse converter would hide its step.
+            nearest = np.interp(np.flatnonzero(coded), at, np.arange(len(at)))
+            x[coded] = known[np.ceil(nearest - 0.5).astype(int)]
     return Piece(start, x)
