@@ -27,7 +27,7 @@ COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
 """Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
 clear pulses, or so many, which begin anywhere between two samples."""
 FINE = 9.0
-"""Samples on an edge beyond which the latter falls with their number: they show any touch."""
+"""Samples on an edge: with more, the latter is over the root of those of all pulses."""
 UNSEEN, UNSEEN_FLAT = 0.075, 0.25
 """Of a sample, over the samples of an edge: how far off its touch is where no misfit shows, and
 where the pulse has a flat top: where an edge of few samples turns into that is not seen."""
@@ -91,8 +91,8 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
     crest, peak = crest_of(rest, math.sqrt(early * late))
-    edge, flat = 0.5 * (rise + fall), max(1.0 - rise - fall, 0.0)
-    off_peak = OFF_PEAK / (1.0 + flat / (BRIEF * edge))  # no misfit hides the height of a flat top
+    # A misfit does not hide the height of a flat top.
+    off_peak = OFF_PEAK / (1.0 + max(1.0 - rise - fall, 0.0) / (0.5 * BRIEF * (rise + fall)))
     peak += max((crest * OFF_CREST) ** 2, (off_peak * r) ** 2)
     for k in alike:
         row = rows[k]
@@ -171,7 +171,7 @@ def _coarse(edge, steeper):
 @kernel
 def _between(edge, clear):
     """The same for want of pulses that begin elsewhere between two samples."""
-    return BETWEEN / math.sqrt(max(clear, FEWEST)) * min(FINE / _samples_on(edge), 1.0)
+    return BETWEEN / math.sqrt(max(clear, FEWEST) * max(edge / FINE, 1.0))
 
 
 @kernel
