@@ -203,12 +203,9 @@ class SharedModes:
         chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
-        (model, held), fits = chosen, np.empty((len(sounds), 3))
+        model, held = chosen
         model.compare(held, STRANGE)
-        fits[few], others = model.fit_projected(held), np.ones(len(sounds), bool)
-        others[few] = False
-        if others.any():
-            fits[others] = model.fit(sounds[others], guess[others])
+        fits = model.fit(sounds, guess)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
