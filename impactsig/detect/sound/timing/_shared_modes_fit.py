@@ -111,6 +111,15 @@ class Model:
             self.prior,
         )
 
+    @property
+    def width(self) -> int:
+        """Samples that a fit may need."""
+        return self.whole[0].shape[2] + 2 * self.reach
+
+    def begins(self, guess: np.ndarray) -> np.ndarray:
+        """The first sample of each sound that a fit may need."""
+        return self._first(guess) - self.reach
+
     def _first(self, guess: np.ndarray) -> np.ndarray:
         """Sample of each sound at which a fit at its guess begins."""
         known = np.where(np.isfinite(guess), guess, -1e6)

@@ -17,10 +17,13 @@ FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
 @fused
-def high_passed(waves, taps, out):
-    """out[i, k]: the filtered sample k + len(taps) // 2 of wave i."""
-    for i in range(len(waves)):
-        filtered_at(waves[i], 0, taps, out[i])
+def high_passed(samples, first, taps, out):
+    """out[i, k]: the filtered sample first[i] + k + len(taps) // 2; 0 where first[i] is negative."""
+    for i in range(len(first)):
+        if first[i] < 0:
+            out[i] = 0.0
+        else:
+            filtered_at(samples, first[i], taps, out[i])
 
 
 @kernel
