@@ -70,8 +70,8 @@ def project(sounds, which, first, basis, energy, projections):
     """Energy of some sounds from sample first[i] on, and projections of them over its root.
 
     A projection is the power in all but the last two rows of a basis, and the products with these,
-    at each shift; there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by side, each in a
-    lane of the processor's vectors, with as many digits as the basis has.
+    at each shift; there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by
+    side, each in a lane of the processor's vectors, with as many digits as the basis has.
     """
     shifts, rows, size = basis.shape
     kind = basis.dtype
@@ -146,7 +146,7 @@ def leave_and_change(sounds, which, first, place, error, prior, basis, grams, le
     size, middle = left.shape[1], len(basis) // 2
     later, fitted = np.empty(size), np.empty(size)
     for i in range(len(which)):
-        at = min(max(middle + int(math.floor(place[i] + 0.5)), 1), len(basis) - 2)
+        at = min(max(middle + math.floor(place[i] + 0.5), 1), len(basis) - 2)
         sound = sounds[which[i], first[i] : first[i] + size]
         scale = 1.0 / math.sqrt(product(sound, sound))
         for k in range(size):

@@ -93,23 +93,24 @@ class Model:
         fits[:, 0] += first + self.lead
         return fits
 
-    @functools.cached_property
+    @property
     def _fit(self) -> Fit:
         """Of a model that is learned, for the kernel."""
-        (whole, of_whole), (fine, of_fine) = self.whole, self.fine
-        single = np.float32
-        floor = self.noise, self.error
         return Fit(
-            whole.astype(single),
-            of_whole,
-            fine.astype(single),
-            of_fine,
+            self._coarse,
+            self.whole[1],
+            *self.fine,
             1.0 / PARTS,
-            floor,
+            (self.noise, self.error),
             self.misfit,
             self.freedom,
             self.prior,
         )
+
+    @functools.cached_property
+    def _coarse(self) -> np.ndarray:
+        """The basis at whole samples, in single precision."""
+        return self.whole[0].astype(np.float32)
 
     @property
     def width(self) -> int:
@@ -134,9 +135,7 @@ class Model:
         first = first[which]
         energy, whole = _projections(sounds, which, first, basis)
         none, nowhere = np.empty((0, 3, 0)), np.empty(0, np.int64)
-        return Projected(
-            sounds, which, first, energy, whole, nowhere, nowhere, np.empty(0), none
-        )
+        return Projected(sounds, which, first, energy, whole, nowhere, nowhere, np.empty(0), none)
 
     def projected_there(self, held: Projected, most: int) -> Projected:
         """The loudest of sounds that have an origin by another model, for a fit about the same."""

@@ -18,7 +18,7 @@ FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 @fused
 def high_passed(samples, first, taps, out):
-    """out[i, k]: the filtered sample first[i] + k + len(taps) // 2; 0 where first[i] is negative."""
+    """out[i, k]: the filtered sample first[i] + k + len(taps) // 2; 0 if first[i] is negative."""
     for i in range(len(first)):
         if first[i] < 0:
             out[i] = 0.0

@@ -330,7 +330,7 @@ class Overlay:
     def _lay_if_alike(
         self, sounds: np.ndarray, near: np.ndarray, expected: np.ndarray, shifts: np.ndarray
     ) -> np.ndarray | None:
-        """The result of `_lay`; None as soon as too few can be alike, or shifts clearly disagree."""
+        """The result of `_lay`; None once too few can be alike or shifts clearly disagree."""
         spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
         for first in range(min(QUARTERS, len(sounds))):
             some = slice(first, None, QUARTERS)

@@ -228,7 +228,7 @@ class SharedModes:
 
     def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
         """Waves after a filter that whitens their noise, and the white noise of a sample."""
-        error = FIRST_ERROR * middle(np.sum(plain**2, axis=1))
+        error = FIRST_ERROR * middle(np.einsum("ij,ij->i", plain, plain))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, error)
         sounds = self._filtered(waves, self.white)
@@ -244,13 +244,13 @@ class SharedModes:
         if not self._applies:
             return np.full((len(first), 2), np.nan)
         end = round(SEARCH[1] * self.rate) + NEAR_TAPS
-        crossed, fits = self._crossed(self._part(x, first, self.taps, end)), None
+        crossed, fits = self._crossed(_parts(x, first, self.taps, end)), None
         if self.model is not None:
             guess = crossed[:, 0]
             begins, width = self.model.begins(guess), self.model.width
             fit = (begins >= 0) & (begins + width <= self.length - len(self.white) + 1)
             begins = np.where(fit, begins, 0)
-            sounds = self._part(x, np.where(fit, first + begins, -1), self.white, width)
+            sounds = _parts(x, np.where(fit, first + begins, -1), self.white, width)
             fits = self.model.fit(sounds, np.where(fit, guess - begins, np.nan))
             fits[:, 0] += begins
         return self._shifts(crossed, fits)
@@ -270,17 +270,11 @@ class SharedModes:
 
     def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
         count = self.length - len(taps) + 1
-        return self._part(waves.ravel(), self._places(len(waves)), taps, count)
+        return _parts(waves.ravel(), self._places(len(waves)), taps, count)
 
     def _places(self, count: int) -> np.ndarray:
         """Where so many waves in a row begin."""
         return self.length * np.arange(count)
-
-    @staticmethod
-    def _part(x: np.ndarray, first: np.ndarray, taps: np.ndarray, count: int) -> np.ndarray:
-        sounds = np.empty((len(first), count))
-        high_passed(x, first, taps, sounds)
-        return sounds
 
     def _crossed(self, plain: np.ndarray, shares: tuple = SHARES) -> np.ndarray:
         """Result of `crossings` for each wave after the high-pass filter."""
@@ -293,3 +287,10 @@ class SharedModes:
         count, found = round(BEGINNING * self.rate), np.empty(len(waves))
         abruptness(waves, self.before, self.lag, self.slope, count, found)
         return found
+
+
+def _parts(x: np.ndarray, first: np.ndarray, taps: np.ndarray, count: int) -> np.ndarray:
+    """So many filtered samples of x from each of the first on."""
+    sounds = np.empty((len(first), count))
+    high_passed(x, first, taps, sounds)
+    return sounds
