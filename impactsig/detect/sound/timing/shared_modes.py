@@ -140,10 +140,13 @@ class SharedModes:
 
     def _waves(self, x: np.ndarray, first: np.ndarray, there: np.ndarray) -> np.ndarray:
         """Waveform around each attack; zeros if it is incomplete."""
+        if not there.any():
+            return np.zeros((len(first), self.length))
+        every = np.lib.stride_tricks.sliding_window_view(x, self.length)
+        if there.all():  # one copy, not two
+            return np.asarray(every[first])
         waves = np.zeros((len(first), self.length))
-        if there.any():
-            every = np.lib.stride_tricks.sliding_window_view(x, self.length)
-            waves[there] = every[first[there]]
+        waves[there] = every[first[there]]
         return waves
 
     def _learn(self) -> None:
