@@ -10,10 +10,10 @@ from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import quantile
-from ..signal.probability import excursions
+from ..signal.probability import ABOUT, excursions
 from ._false_alarms import LEAST_SIGMA, discovery_level
 
-UNLIKE = float(np.log(3.0))
+UNLIKE = float(np.log(ABOUT))
 """Difference of the logarithms of widths that noise does not explain."""
 SEVERAL = 5
 """Events that tell what width is usual."""
