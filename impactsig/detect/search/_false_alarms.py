@@ -16,7 +16,7 @@ FALSE_SHARE = 0.0005
 
 
 @allocating
-def discovery_level(responses, widths, seconds):
+def discovery_level(responses: np.ndarray, widths: float, seconds: float) -> float:
     """Level, in sigma, above which hardly any of the `responses` is noise.
 
     The lowest at which Gaussian noise would exceed it FALSE_RATE times a second, or once for

@@ -161,7 +161,7 @@ def probabilities(
 
 
 @allocating
-def _tail(certain):
+def _tail(certain: np.ndarray) -> tuple[int, float, float]:
     """How many the lowest certain impacts are, the sum of their distances in ln u, and from where.
 
     If their number falls with a power of u below there, the distances are exponential
