@@ -22,6 +22,7 @@ import mir_eval
 import numpy as np
 from scipy import signal
 
+from .seeds import add_seeds
 from .sound_passage import methods
 from .varied_disturbances import added, coloured
 
@@ -274,12 +275,11 @@ def f1(found: np.ndarray, truth: np.ndarray, window: float, apart: float) -> flo
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="1:9", help="first:last")
+    add_seeds(parser, "1:9")
     names = [make.__name__ for make in KINDS]
     parser.add_argument("--only", nargs="+", default=names, choices=names)
     parser.add_argument("--ours", action="store_true", help="impactsig only")
     given = parser.parse_args()
-    first, last = map(int, given.seeds.split(":"))
     warnings.simplefilter("ignore")
     every = {name: make() for name, (make, _) in methods().items()}
     if given.ours:
@@ -289,7 +289,7 @@ def main() -> None:
         if make.__name__ not in given.only:
             continue
         scores: dict[str, list[float]] = {name: [] for name in every}
-        for seed in range(first, last):
+        for seed in given.seeds:
             made = make(np.random.default_rng([seed, names.index(make.__name__)]))
             for name, find in every.items():
                 found = np.asarray(find(made.samples, made.rate)[0])

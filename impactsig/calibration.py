@@ -130,7 +130,9 @@ def fit_calibration(
     least = 2 if flag("through_zero", through_zero) else 3
     if x.shape != y.shape or len(x) < least:
         raise InvalidInput(
-            "reading, load", f"{len(x)} and {len(y)} values", f"as many of each, {least} or more"
+            "reading, load",
+            f"{len(x)} and {len(y)} values",
+            f"as many of both, {least} or more",
         )
     of_x, of_y = (
         np.zeros(len(x)) if given is None else _errors(name, given, len(x))

@@ -15,12 +15,13 @@ from impactsig.detect._merge import group_starts
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._cores import CORE, PER, cores_of, window_size
 from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import SAMPLED, Survey
 from impactsig.detect.sound._windows import windows
 from impactsig.detect.sound.deciding.decision import candidates
 from impactsig.detect.sound.deciding.doubt import Doubt
 from impactsig.detect.sound.powers.bands import degrees_of_freedom
-from impactsig.detect.sound.sound import detect_sound, scale_at
+from impactsig.detect.sound.sound import detect_sound
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED
 from tests import naive_sound
