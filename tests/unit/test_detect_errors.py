@@ -302,6 +302,12 @@ def test_contact_between_crossings_of_a_level_errs_by_noise_over_slope(level):
     )
 
 
+def test_contact_above_next_to_nothing_has_the_error_of_its_ends():
+    x = half_sines(500.0 + 400.0 * np.arange(60) + 0.37, 50.0, samples=25_000, noise=0.01, seed=6)
+    tiny, small = (detect(x, contact_level=level).contact_time_error for level in (1e-200, 1e-7))
+    np.testing.assert_allclose(tiny, small, rtol=1e-3)
+
+
 def test_no_impact_has_no_errors():
     found = detect(np.random.default_rng(0).standard_normal(6000))
     assert len(found) == 0

@@ -24,6 +24,8 @@ class Errors(NamedTuple):
     impulse: float
 
 
+DISTINCT = 1e-9
+"""Of the peak: heights so far apart are crossed at two places in spite of rounding."""
 UNKNOWN = Errors(np.inf, np.inf, np.inf, np.inf)
 
 
@@ -134,6 +136,7 @@ def with_level(x, level, share, errors, seen):
 def _steepness(x, step, limit, level, seen):
     """Samples per unit of height of an edge, around a level."""
     wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
+    wide = max(wide, DISTINCT * x[seen.top])
     low = crossing(x, seen.top, step, limit, level - wide)
     high = crossing(x, seen.top, step, limit, min(level + wide, 0.5 * (level + x[seen.top])))
     return abs(low - high) / (wide + min(wide, 0.5 * (x[seen.top] - level)))
