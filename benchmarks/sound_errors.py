@@ -21,10 +21,10 @@ import numpy as np
 
 import impactsig
 
-from .recordings import Truth
+from .recordings import Truth, coloured
 from .saving import save
 from .seeds import add_seeds
-from .sound_timing import DECIMATORS, MODES, TIMES, pink
+from .sound_timing import DECIMATORS, MODES, TIMES
 
 KINDS = ("own", "shared", "alike")
 RATES = (8000, 11_025, 22_050, 44_100)
@@ -70,7 +70,9 @@ def record(
     if decimator:
         samples = DECIMATORS[decimator](samples, times)
     rng = np.random.default_rng([seed, 1])
-    room = pink(rng, len(samples), rate) if noise == "pink" else rng.standard_normal(len(samples))
+    room = (
+        coloured(rng, len(samples), rate) if noise == "pink" else rng.standard_normal(len(samples))
+    )
     return Truth(samples + room, float(rate), time, np.full(count, np.nan), strength)
 
 

@@ -23,7 +23,7 @@ from scipy import signal
 import impactsig
 
 from .detection import markdown
-from .recordings import Truth, score
+from .recordings import Truth, coloured, score
 from .saving import save
 from .seeds import add_seeds
 
@@ -64,14 +64,6 @@ def train(seed: int, count: int, gap: float = 0.045) -> impactsig.Impacts:
     return replace(impacts, peak=np.exp(0.35 * rng.standard_normal(count)))
 
 
-def pink(rng: np.random.Generator, count: int, rate: float) -> np.ndarray:
-    """Noise of power 1/f from 20 Hz on and RMS 1."""
-    spectrum = np.fft.rfft(rng.standard_normal(count))
-    spectrum /= np.sqrt(np.maximum(np.fft.rfftfreq(count, 1 / rate), 20.0))
-    wave = np.fft.irfft(spectrum, count)
-    return wave / wave.std()
-
-
 def band_limited(
     rate: int, decimator: str, noise: float, seed: int, *, modes, count: int = 200, phases=None
 ) -> Truth:
@@ -86,7 +78,7 @@ def band_limited(
     first = (impacts.time * rate).astype(int)
     peaks = [np.abs(x[k : k + round(4e-3 * rate)]).max() for k in first]
     level = np.median(peaks) * 10 ** (-noise / 20)
-    x = x + level * pink(np.random.default_rng([seed, 1]), len(x), rate)
+    x = x + level * coloured(np.random.default_rng([seed, 1]), len(x), rate)
     return Truth(x, float(rate), impacts.time, np.full(count, np.nan), impacts.peak)
 
 

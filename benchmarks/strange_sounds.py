@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal
 
-from .recordings import Truth
+from .recordings import Truth, coloured
 from .saving import save
 from .seeds import add_seeds
 from .sound_errors import WANTED, errors, stratum
-from .sound_timing import DECIMATORS, pink
+from .sound_timing import DECIMATORS
 
 BEGINNINGS = ("at once", "contact", "long contact", "soft", "very soft", "two steps", "burst")
 KINDS = ("own", "shared", "alike", "nearly shared", "nearly alike")
@@ -141,7 +141,7 @@ def record(seed: int, **asked: object) -> tuple[Truth, dict]:
     if decimator:
         samples = DECIMATORS[decimator](samples, times)
     white = room in ("white", "8 bit")
-    noise = rng.standard_normal(len(samples)) if white else pink(rng, len(samples), rate)
+    noise = rng.standard_normal(len(samples)) if white else coloured(rng, len(samples), rate)
     if room == "hum":
         angle = 2.0 * np.pi * 50.0 * np.arange(len(samples)) / rate
         noise = noise + 3.0 * sum(np.sin(m * angle + m) / m for m in (1, 2, 3, 5, 7, 11))

@@ -23,10 +23,10 @@ from scipy import linalg, signal
 
 import impactsig
 
-from .recordings import score
+from .recordings import coloured, score
 from .seeds import add_seeds
 from .sound_timing import DECIMATORS
-from .varied_disturbances import added, changed, coloured
+from .varied_disturbances import added, changed
 
 TIMES = {8000: 6, 11_025: 4, 16_000: 3, 22_050: 2, 44_100: 1, 48_000: 1}
 DISTURBANCES = (

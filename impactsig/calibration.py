@@ -115,7 +115,7 @@ def fit_calibration(
 
     See Also
     --------
-    Recording.calibrate, plot.calibration_curve
+    Recording.calibrate, Impacts.shared_peak_error
 
     Examples
     --------
@@ -139,7 +139,9 @@ def fit_calibration(
         for name, given in (("reading_error", reading_error), ("load_error", load_error))
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
-        raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
+        raise InvalidInput(
+            "reading", float(x[0]), "readings that differ", "Add the reading of another load"
+        )
     text("unit", unit)
     known = reading_error is not None or load_error is not None
     if not known:

@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 
+from ..impacts import Disturbance
 from ._force_impacts import ForceImpacts, Found, stretches_of
 from ._force_stretch import StretchSearch, Wanted
+from .instrument.codes import find_codes, without_codes
 from .instrument.coupling import time_constant
 from .instrument.survey import survey
 from .search.direction import direction
@@ -52,6 +54,12 @@ def detect_force(
     record = survey(frames(pieces()), copy=not in_memory)
     if record.samples < LEAST_SAMPLES or record.lowest == record.highest:
         return None
+    codes = find_codes(record, pieces()) if others is None else others.codes
+    if codes:
+        found = _without_codes(pieces, codes, rate, wanted, in_memory, others)
+        # Otherwise they are the impacts, as in the record of a switch.
+        if others is not None or (found is not None and len(found.columns)):
+            return found
     greatest = max(abs(record.lowest), abs(record.highest))
     # A power of two changes no digit; squares of what is far from 1 would not be numbers.
     scale = 1.0 if 1e-60 < greatest < 1e60 else 2.0 ** -math.floor(math.log2(greatest))
@@ -93,3 +101,26 @@ def detect_force(
     # None is shorter; what a search for so long ones leaves of hum may look as if it were.
     longer = wanted._replace(shortest=max(wanted.shortest, usual))
     return search(max(LONGER[0], LONGER[1] / rate), longer)
+
+
+def _without_codes(
+    pieces: Callable[[], Iterable[Piece]],
+    codes: tuple[float, ...],
+    rate: float,
+    wanted: Wanted,
+    in_memory: bool,
+    others: ForceImpacts | None,
+) -> ForceImpacts | None:
+    """As `detect_force`, with the nearest sample in place of error codes."""
+    runs: list[Disturbance] = []
+    found = detect_force(
+        lambda: without_codes(pieces(), codes, runs),
+        rate,
+        wanted,
+        in_memory=in_memory,
+        others=others and others._replace(codes=()),
+    )
+    if found is None:
+        return None
+    together = sorted((*found.disturbances, *runs), key=lambda one: one.start)
+    return found._replace(disturbances=together, codes=(*codes, *found.codes))
