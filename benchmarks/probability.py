@@ -17,6 +17,10 @@ and is no less of an impact for that.
     python -m benchmarks.probability --seeds 5:7 --sensors sound --levels 10
     python -m benchmarks.probability --seeds 5:405 --sensors sound --levels 20 --events 200
     python -m benchmarks.probability --sensors sound --density 20 --room 0.3 --rate 44100
+    python -m benchmarks.probability --sensors varied --duration 30 --seeds 5:105 --events 100
+
+`varied` are force records of other machines, heights and noises (`varied_heights.py`), where an
+impact within its contact time counts.
 """
 
 from __future__ import annotations
@@ -33,8 +37,10 @@ from .recordings import load_cell, microphone
 from .saving import result_file, save
 from .seeds import add_seeds
 from .sound_disturbances import in_room
+from .varied_heights import varied_heights
 
 LEVELS = (6, 10, 20)
+SENSORS = "force", "sound", "varied"
 LEAST = 0.05
 CONSTANT = 0.5
 """Brier score, at most, over that of a constant."""
@@ -51,7 +57,11 @@ FEWEST = 100
 def record(
     sensor: str, level: float, seed: int, duration: float, rate=None, density=None, room=0.0
 ):
-    """A recording of either sensor, and the truth."""
+    """A recording of either sensor, the truth, and how near to it an event must be [s]."""
+    if sensor == "varied":
+        truth = varied_heights(seed, level, duration)
+        recording = impactsig.Recording(truth.samples, truth.rate, sensor="force")
+        return recording, truth.time, float(truth.contact_time[0])
     options = {"duration": duration, "seed": seed}
     options |= {} if rate is None else {"rate": rate}
     options |= {} if density is None else {"mean_rate": density}
@@ -62,14 +72,15 @@ def record(
             options["tones"] = 0.125 * rate, 0.4 * rate
         truth = microphone(noise_db=-level, **options)
         truth = in_room(truth, room, seed) if room else truth
-    return impactsig.Recording(truth.samples, truth.rate, sensor=sensor), truth.time
+    recording = impactsig.Recording(truth.samples, truth.rate, sensor=sensor)
+    return recording, truth.time, WITHIN[sensor]
 
 
 def outcomes(sensor: str, level: float, seed: int, duration: float, **options):
     """Stated probabilities, and whether each is of an impact."""
-    recording, time = record(sensor, level, seed, duration, **options)
+    recording, time, within = record(sensor, level, seed, duration, **options)
     found = impactsig.detect_impacts(recording, least_probability=LEAST)
-    matched = impactsig.match_impacts(found, impactsig.Impacts(time), WITHIN[sensor], delay=None)
+    matched = impactsig.match_impacts(found, impactsig.Impacts(time), within, delay=None)
     return found.probability, np.isin(np.arange(len(found)), matched.pairs[:, 0])
 
 
@@ -113,7 +124,7 @@ def main() -> None:
         "--events", type=int, default=0, help="of each bin, from which on no seed is added"
     )
     parser.add_argument("--duration", type=float, default=60.0, help="of each record [s]")
-    parser.add_argument("--sensors", nargs="+", default=["force", "sound"])
+    parser.add_argument("--sensors", nargs="+", default=["force", "sound"], choices=SENSORS)
     parser.add_argument("--levels", nargs="+", type=float, default=list(LEVELS))
     parser.add_argument("--rate", type=float, help="sampling rate [Hz]")
     parser.add_argument("--density", type=float, help="impacts a second")

@@ -17,20 +17,22 @@ from impactsig.detect.signal.probability import (
     LOWEST,
     excursions,
     probabilities,
+    trials_about,
 )
 
 WIDTHS = 20_000.0
 
 
-def chances(upward, downward, certain):
+def chances(upward, downward, certain, trials=1.0):
     both = np.empty(len(upward) + len(certain))
     probabilities(
         np.asarray(upward, float),
         np.asarray(downward, float),
         np.asarray(certain, float),
         WIDTHS,
-        WIDTHS,
-        1.0,
+        WIDTHS if len(downward) else 0.0,
+        trials,
+        trials_about(10.0),
         both,
     )
     return both[: len(upward)]
@@ -122,6 +124,42 @@ def test_the_share_of_impacts_among_crests_is_the_probability():
         chosen = (p >= low) & (p < low + 0.2)
         error = np.sqrt(np.sum(p[chosen] * (1 - p[chosen]))) / chosen.sum()
         assert abs(p[chosen].mean() - y[chosen].mean()) <= 0.05 + 2 * error
+
+
+def test_few_faint_impacts_among_many_clear_ones():
+    rng, trials, level = np.random.default_rng(8), trials_about(10.0), 5.6
+    p, y = [], []
+    for _ in range(1500):
+        heights = np.exp(rng.normal(np.log(25.0), 0.5, 120))
+        faint = heights[(heights > 5.0) & (heights < level)]
+        noise = noise_crests(rng)
+        for _ in range(7):
+            noise = np.r_[noise, noise_crests(rng)]
+        noise = noise[(noise > 5.0) & (rng.random(len(noise)) < LEFT)]
+        stated = chances(np.r_[faint, noise], [], heights[heights >= level], trials)
+        p.append(stated)
+        y.append(np.r_[np.ones(len(faint)), np.zeros(len(noise))])
+    p, y = np.concatenate(p), np.concatenate(y)
+    for low, high in ((0.0, 0.2), (0.2, 0.5), (0.5, 1.0)):
+        chosen = (p >= low) & (p < high)
+        error = np.sqrt(np.sum(p[chosen] * (1 - p[chosen]))) / chosen.sum()
+        assert abs(p[chosen].mean() - y[chosen].mean()) <= 0.05 + 2 * error
+
+
+@pytest.mark.parametrize("rate", [10_000.0, 50_000.0])
+def test_what_impacts_draw_down_is_no_noise(rate):
+    rng = np.random.default_rng(9)
+    wave, start = (
+        rng.standard_normal(400_000),
+        np.arange(0.05, 400_000 / rate - 0.05, 500 / rate),
+    )
+    contact, peak = np.full(len(start), 4.2 / rate), np.full(len(start), 40.0)
+    peak[::6] = np.geomspace(3.5, 10.0, len(peak[::6]))
+    add_pulses(wave, rate, start, contact, peak, PULSES["half-sine"])
+    found = impactsig.detect_impacts(impactsig.Recording(wave, rate, sensor="force"))
+    matched = impactsig.match_impacts(found, impactsig.Impacts(start), 2 * contact[0], delay=None)
+    assert len(matched.pairs) > 0.993 * len(start)
+    assert len(found) - len(matched.pairs) <= 5
 
 
 @pytest.mark.parametrize(("decibels", "least"), [(10, 0.88), (6, 0.72)])

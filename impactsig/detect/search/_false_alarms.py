@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import kernel
+from ..._compiling.compiled import allocating, kernel
+from ..signal.order_kernels import put_in_order
 from ..signal.probability import excursions
 
 LEAST_SIGMA = 5.0
@@ -14,6 +15,7 @@ FALSE_SHARE = 0.0005
 """of the impacts found."""
 
 
+@allocating
 def discovery_level(responses: np.ndarray, widths: float, seconds: float) -> float:
     """Level, in sigma, above which hardly any of the `responses` is noise.
 
@@ -31,19 +33,21 @@ def discovery_level(responses: np.ndarray, widths: float, seconds: float) -> flo
     seconds : float
         How long it is.
     """
-    lowest = _level(float(widths), float(seconds))
-    ordered = np.sort(responses[(responses >= LEAST_SIGMA) & (responses < lowest)])[::-1]
-    higher = int(np.count_nonzero(responses >= lowest))
-    return _lowered(np.ascontiguousarray(ordered), higher, float(widths), lowest)
-
-
-@kernel
-def _lowered(ordered: np.ndarray, rank: int, widths: float, lowest: float) -> float:
-    """The level, with descending responses below it, above which are `rank`."""
-    for k in range(len(ordered)):
-        rank += 1
-        if widths * excursions(ordered[k]) <= FALSE_SHARE * rank:
-            lowest = ordered[k]
+    lowest = _level(widths, seconds)
+    doubtful = np.empty(len(responses))
+    count = higher = 0
+    for u in responses:
+        if u >= lowest:
+            higher += 1
+        elif u >= LEAST_SIGMA:
+            doubtful[count] = -u
+            count += 1
+    order, room = np.empty(count, np.int64), np.empty(count, np.int64)
+    put_in_order(doubtful[:count], order, room)
+    for k in order:
+        higher += 1
+        if widths * excursions(-doubtful[k]) <= FALSE_SHARE * higher:
+            lowest = -doubtful[k]
     return lowest
 
 

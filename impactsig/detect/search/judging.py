@@ -8,9 +8,9 @@ import numpy as np
 
 from ..instrument.mains import BASES
 from ..signal.grid import Grid
-from ..signal.ladder import HALF_SINE_GAIN, MATCH
+from ..signal.ladder import FACTOR, HALF_SINE_GAIN, MATCH
 from ..signal.order_kernels import quantile
-from ..signal.probability import LOWEST, TRIALS, probabilities
+from ..signal.probability import LOWEST, probabilities, trials_about
 from .events.width_kernels import EVENT
 from .judging_kernels import (
     SEVERAL,
@@ -30,9 +30,11 @@ FAINT, IN_STEP = 12.0, 0.98
 """Standard deviations of what may be interference, and how well it keeps the mains' phase."""
 EACH = 1.5
 """Periods of the mains that it comes after, at most: a machine may be driven at a third of it."""
-APART, FLANKS = 3.0, 6.5
-"""Widths of an impact to either side in which no fainter one is looked for, and in which it lies in
-the flanks of a response, which it draws down."""
+APART, BORDERS = 3.0, 0.75
+"""Widths of an impact to either side in which no fainter one is looked for; half of its length, by
+which it reaches into the flanks of a response, which it draws down."""
+IN_FLANKS = 0.2
+"""Crests of noise that still rise above LOWEST there, beside those elsewhere."""
 DRAWING = 4.0
 """Standard deviations from which on so does what may be one."""
 LITTLE, SOME = 1.5, 0.06
@@ -154,18 +156,18 @@ class Judge:
         self.faint[:, 1] = width
         drawing = np.concatenate((taken, self.faint[upward[:, 3] >= DRAWING]))
         drawing = drawing[np.argsort(drawing[:, 0], kind="stable")]
+        flanks = self._flanks(rung)
         every = np.concatenate([down for _, down in seen])
-        downward = self._apart(every, drawing, FLANKS)
+        downward = self._apart(every, drawing, flanks)
         chance = self._weigh(
             width,
             upward[:, 3],
             downward[:, 3],
-            self._free(taken, APART),
-            self._free(drawing, FLANKS),
+            IN_FLANKS * self._free(taken, APART) + (1.0 - IN_FLANKS) * self._free(taken, flanks),
+            self._free(drawing, flanks),
         )
-        every = self._apart(every, taken, FLANKS)
-        free = self._free(taken, APART) / self._free(taken, FLANKS)
-        chance = np.minimum(chance, _not_as_deep(upward[:, 3], every[:, 3], min(free, 1.0)))
+        every = self._apart(every, taken, flanks)
+        chance = np.minimum(chance, _not_as_deep(upward[:, 3], every[:, 3]))
         like = np.abs(np.log(events[:, 1] / width)) < UNLIKE
         self.probability[like & ~self.certain] = 0.0  # their crests at this width speak for them
         bad = self._rings(self.faint) | (upward[:, 3] >= self.usual_level)
@@ -185,7 +187,7 @@ class Judge:
         if not little and not doubtful.any():
             return
         heights = self.events[doubtful, 3]
-        chance = self._weigh(width, heights, _NONE, self.samples, 0.0, TRIALS)
+        chance = self._weigh(width, heights, _NONE, self.samples, 0.0, trials_about(width))
         self.probability[doubtful] = np.maximum(self.probability[doubtful], chance)
 
     def _weigh(
@@ -206,9 +208,17 @@ class Judge:
         heights = self.events[several, 3]
         n = len(upward)
         out = np.empty(n + len(heights))
-        probabilities(upward, downward, heights, up / width, down / width, trials, out)
+        probabilities(
+            upward, downward, heights, up / width, down / width, trials, trials_about(width), out
+        )
         self.probability[several] = np.maximum(self.probability[several], out[n:])
         return out[:n]
+
+    def _flanks(self, rung: int) -> float:
+        """Widths to either side of an impact in which it lies in the flanks of a response."""
+        rungs = self.grid.rungs
+        block = FACTOR ** int(rungs.level[rung])
+        return float(rungs.far[rung]) * block / float(rungs.width[rung]) + BORDERS
 
     def decide(self) -> None:
         """Keep the events that are probable enough."""
@@ -272,13 +282,12 @@ def in_step_with_mains(events: np.ndarray, rate: float) -> bool:
     return False
 
 
-def _not_as_deep(upward: np.ndarray, downward: np.ndarray, time: float) -> np.ndarray:
+def _not_as_deep(upward: np.ndarray, downward: np.ndarray) -> np.ndarray:
     """Greatest probabilities of upward crests, by how many downward ones are at least as high.
 
     Noise goes as far down as up, also where it swells and has more high crests than Gaussian noise.
-    `time` is that in which upward crests were looked for, over that of downward ones.
     """
     higher = len(downward) - np.searchsorted(np.sort(downward), upward)
-    least = time * np.maximum(higher - SURE * np.sqrt(higher) - 1.0, 0.0)
+    least = np.maximum(higher - SURE * np.sqrt(higher) - 1.0, 0.0)
     all_higher = len(upward) - np.searchsorted(np.sort(upward), upward)
     return np.asarray(np.maximum(1.0 - least / all_higher, 0.0))

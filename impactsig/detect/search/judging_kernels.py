@@ -10,10 +10,10 @@ from ..._trains.impact_flags import OPEN_END, OPEN_START, UNRESOLVED
 from ..pulses.edges import NO_PULSE
 from ..signal.ladder import MATCH
 from ..signal.order_kernels import quantile
-from ..signal.probability import excursions
+from ..signal.probability import ABOUT, excursions
 from ._false_alarms import LEAST_SIGMA, discovery_level
 
-UNLIKE = float(np.log(3.0))
+UNLIKE = float(np.log(ABOUT))
 """Difference of the logarithms of widths that noise does not explain."""
 SEVERAL = 5
 """Events that tell what width is usual."""
@@ -39,6 +39,7 @@ def alike(width, usual):
     return abs(np.log(width / usual)) < UNLIKE
 
 
+@allocating
 def levels(near, samples, seconds):
     """Usual height of the events of some seconds, and the height of certain ones.
 
@@ -46,25 +47,30 @@ def levels(near, samples, seconds):
     -------
     (width, height of the strong ones, level of the usual width, level of other widths)
     """
-    clear = near[near[:, 3] >= 2 * LEAST_SIGMA]
-    if len(clear) == 0:
-        clear = near
-    usual = quantile(clear[:, 1].copy(), 0.5) if len(clear) else 1.0
-    like = np.zeros(len(near), np.bool_)
-    if len(clear) >= SEVERAL:
-        _mark_alike(near, usual, like)
-    level_else = discovery_level(near[~like, 3], 2.0 * samples, seconds)
+    widths, heights = np.empty(len(near)), np.empty(len(near))
+    clear = 0
+    for least in (2 * LEAST_SIGMA, -np.inf):
+        for k in range(len(near)):
+            if near[k, 3] >= least:
+                widths[clear], heights[clear] = near[k, 1], near[k, 2]
+                clear += 1
+        if clear:
+            break
+    usual = quantile(widths[:clear], 0.5) if clear else 1.0
+    height = quantile(heights[:clear], 0.97)
+    like, unlike = widths, heights  # of the responses, from now on
+    count = 0
+    for k in range(len(near)):
+        if clear >= SEVERAL and alike(near[k, 1], usual):
+            like[count] = near[k, 3]
+            count += 1
+        else:
+            unlike[k - count] = near[k, 3]
+    level_else = discovery_level(unlike[: len(near) - count], 2.0 * samples, seconds)
     level = level_else
-    if like.any():
-        level = min(level, discovery_level(near[like, 3], 4.0 * samples / usual, seconds))
-    return usual, quantile(clear[:, 2].copy(), 0.97), level, level_else
-
-
-@kernel
-def _mark_alike(events, usual, out):
-    """Mark the events of about the usual width."""
-    for k in range(len(events)):
-        out[k] = alike(events[k, 1], usual)
+    if count:
+        level = min(level, discovery_level(like[:count], 4.0 * samples / usual, seconds))
+    return usual, height, level, level_else
 
 
 @kernel

@@ -217,29 +217,43 @@ def _among(x, origin, total, event, around, seen, louder, both_sides):
     sums = np.empty(hi - lo + 1)
     running_sums(x, lo - origin, hi - lo, sums)
     values = np.empty(seen)
-    sides, least, most = 0, np.inf, 0.0
+    least, most = np.inf, 0.0
+    step, rest = (around - 4) * width // seen, (around - 4) * width % seen
     for side in (-1, 1):
-        count = 0
-        for k in range(seen):
-            i = centre + side * (4 * width + (around - 4) * width * k // seen)
+        count = quiet = left = 0
+        away = 4 * width
+        for _ in range(seen):
+            i = centre + side * away
             if lo + far + 1 < i < hi - far - 1:
                 a, b, c = parts(sums, lo, hi, i, width, near, far)
                 values[count] = a - 0.5 * (b + c)
+                quiet += _deviation(values[count]) * event[3] <= louder * event[2]
                 count += 1
-        if count >= seen // 2:
-            # Three quarters of Gaussian values lie below 0.6745 standard deviations; of a train of
-            # impacts, which are positive for a short part of the time, below 0.
-            upper = select(values, 0, count - 1, 3 * count // 4)
-            deviation = HALF_SINE_GAIN * upper / 0.6745
-            sides, least, most = sides + 1, min(least, deviation), max(most, deviation)
+            away, left = away + step, left + rest
+            if left >= seen:
+                away, left = away + 1, left - seen
+        # Three quarters of Gaussian values lie below 0.6745 standard deviations; of a train of
+        # impacts, which are positive for a short part of the time, below 0.
+        quarters = 3 * count // 4
+        if count < seen // 2 or quiet > quarters:
+            if both_sides:
+                return np.inf
+            continue
+        deviation = _deviation(select(values, 0, count - 1, quarters))
+        least, most = min(least, deviation), max(most, deviation)
     local = most
     if both_sides:
         # Noise of seconds tells half of what swells in them; more are impacts, close together.
-        swells = sides == 2 and least * event[3] < SWELLS * event[2]
-        local = least if swells else 0.0
+        local = least if least * event[3] < SWELLS * event[2] else 0.0
     if local * event[3] <= louder * event[2]:
         return np.inf
     return event[2] / local
+
+
+@kernel
+def _deviation(quarter):
+    """Standard deviation of responses, whose upper quartile is given."""
+    return HALF_SINE_GAIN * quarter / 0.6745
 
 
 @kernel
