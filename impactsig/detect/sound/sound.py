@@ -28,7 +28,8 @@ ringing does not raise it and a rattle does only slightly. G detects low tones, 
 converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
 squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
 without them. Many rises in a short time are pulses of a voice (`_voices.py`), and gradual rises
-are swelling noise (`swells.py`, `gradual.py`).
+are swelling noise (`swells.py`, `gradual.py`). What returns where an overloaded sound leaves its
+limits is no impact either (`overload.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
@@ -80,6 +81,7 @@ from .deciding.notes import (
     swell_notes,
     voice_notes,
 )
+from .deciding.overload import may_be_edges, overload_odds
 from .deciding.swells import crowds, most_odds, sharpness
 from .powers.hum import filtered, high_pass
 from .timing.alike import Lengths, Overlay, lengths_at
@@ -91,7 +93,7 @@ PAST = 4e-3  # [s]
 SPACING = 3e-3  # [s], between impacts
 LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed in
 SLOPE = 0.25e-3  # [s], of the straight line they are taken from
-BESIDE = 40e-3  # [s], beside a window in which attacks are timed
+BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
 CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
@@ -120,6 +122,7 @@ class Chosen(NamedTuple):
     coarse: np.ndarray
     spread: np.ndarray
     probability: np.ndarray
+    may_be_edge: np.ndarray  # bool: of an overload
     steady: np.ndarray  # log-odds but for the attack, where a rise may be gradual; else infinite
 
 
@@ -241,7 +244,7 @@ def search(
     growth = Growth(rate, lengths.before)
     found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
     single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
-    gradual = [np.empty(0)]
+    gradual, overload = [np.empty(0)], [np.empty(0)]
     crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
     more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
     taps = survey.taps
@@ -275,6 +278,9 @@ def search(
             sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
         lags = scale.short_lag, scale.slope
         gradual.append(gradual_odds(x, out[:, 0], passage.steady[here], valid, rate, lags))
+        edges = out[:, 0], passage.may_be_edge[here]
+        bounds = valid, (lowest, highest)
+        overload.append(overload_odds(raw, *edges, *bounds, survey.spectrum, scale, rate))
         modes.add(x, valid, out[:, 0])
         overlay.add(sounds, np.sqrt(out[:, 3]))
         growth.add(sounds[passage.probability[here] >= EVEN])
@@ -287,13 +293,12 @@ def search(
     in_order = np.maximum.accumulate(columns[:, 0]) / rate
     most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
     sudden = most_odds_beside(in_order, np.concatenate(gradual), likely >= EVEN)
-    most = np.minimum(most, sudden)
-    swells = likely >= least_probability
     before = likely
-    likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+    likely = np.minimum(likely, chance(np.minimum(most, sudden)))
+    swells = (before >= least_probability) & (likely < least_probability)
+    likely = np.minimum(likely, chance(np.concatenate(overload)))
     doubt.turn(before, likely)
     enough = likely >= least_probability
-    swells &= ~enough
     (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
     # If an attack is off by more than the largest shift, the waveform is fitted a period beside.
     by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
@@ -343,6 +348,11 @@ def search(
         error[kept] / rate,
     )
     return found_impacts, int(np.count_nonzero(clicks))
+
+
+def chance(odds: np.ndarray) -> np.ndarray:
+    """Probability of these log-odds."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
 
 
 def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
@@ -445,7 +455,9 @@ def choose(
             frame, by_octaves = found.frame[kept], found.by_octaves[kept]
             steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
             coarse, spread = found.coarse[kept], found.spread[kept]
-            chosen[passage.segment] = Chosen(frame, coarse, spread, likely[kept], steady)
+            edges = may_be_edges(frame * (survey.scale.hop / rate), by_octaves)
+            evidence = likely[kept], edges, steady
+            chosen[passage.segment] = Chosen(frame, coarse, spread, *evidence)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 
