@@ -10,6 +10,7 @@ import soundfile
 from impactsig.detect.sound.deciding.overload import (
     CROWD,
     EVEN,
+    NONE,
     OCTAVES,
     SLOPE,
     may_be_edges,
@@ -48,10 +49,11 @@ def test_only_new_sound_counts_near_the_limits():
     rng = np.random.default_rng(3)
     t = np.arange(round(0.4 * RATE)) / RATE
     tone = np.sin(2 * np.pi * 60.0 * t)  # beyond 0.8 for 41 % of the time
-    steady = tone + 0.01 * rng.standard_normal(len(t))
+    steady = tone + 0.002 * rng.standard_normal(len(t))
     place = len(t) // 2 + 0.5
-    assert odds_of(steady, place) < -0.5
-    louder = steady + 0.1 * (t >= 0.2) * rng.standard_normal(len(t))
+    fading = tone + 0.02 * np.exp(-t / 0.03) * rng.standard_normal(len(t))
+    assert odds_of(fading, place) == pytest.approx(SLOPE * np.log(NONE / EVEN), abs=0.5)
+    louder = steady + 0.02 * (t >= 0.2) * rng.standard_normal(len(t))
     # 20 dB in nearly all bands: N is ln 100, less what the greatest of more frames is above it
     assert odds_of(louder, place) == pytest.approx(SLOPE * np.log(np.log(100.0) / EVEN), abs=1.0)
     assert odds_of(steady + 5.0, place) == pytest.approx(odds_of(steady, place), abs=0.1)

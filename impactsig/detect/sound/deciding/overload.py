@@ -12,7 +12,7 @@ is what is new. If at least 5 % of the samples from 30 ms before the attack to 1
 beyond 0.8 of the record's limits, and the evidence from octaves is below 0.35 (`decision.py`), the
 log-odds of an impact are at most
 
-    4 ln((N + 0.02) / 0.1).
+    4 ln((N + 0.02) / 0.07).
 
 Limits are soft as well as hard, so it does not matter whether samples are equal to them. Where
 likely rises come 20 a second and more, they are not asked: the last impact is as loud as the next.
@@ -30,7 +30,7 @@ LOADED_WITHIN = 30e-3, 15e-3  # [s], before and after the attack
 CROWD_WITHIN, CROWD = 0.25, 10  # [s], and others within it on either side that are not asked
 OCTAVES = 0.35  # evidence of impacts that do not depend on narrow bands
 BEFORE, SINCE, AFTER = (45e-3, 12e-3), 2e-3, 26e-3  # [s]
-SLOPE, NONE, EVEN = 4.0, 0.02, 0.1  # of the log-odds, N of nothing, and N + NONE of even odds
+SLOPE, NONE, EVEN = 4.0, 0.02, 0.07  # of the log-odds, N of nothing, and N + NONE of even odds
 
 
 def may_be_edges(instant: np.ndarray, by_octaves: np.ndarray) -> np.ndarray:
