@@ -10,8 +10,11 @@ and length are not given.
 The last lines give the share of strata whose z-scores lie within 0.8-1.25, as root mean square and
 as standard deviation about the mean of the stratum, and the share that errors drawn from what is
 stated would have. Impacts of one second are measured by one shape, so there their contact times are
-taken to have one error, and their instants a common one of `Impacts.shared_time_error`: the fewer
-seconds there are, the more z-scores lie outside by chance.
+taken to have one error, and their instants and peaks a common one of `Impacts.shared_time_error`
+and `shared_peak_error`: the fewer seconds there are, the more z-scores lie outside by chance. What
+of it is noise differs from second to second; what a shape that is not given is off by does not. So
+there are two such shares: for shared errors that are drawn anew for each second, and only once for
+each stratum.
 
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
     python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
@@ -22,9 +25,7 @@ seconds there are, the more z-scores lie outside by chance.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from scipy import integrate, signal
@@ -33,9 +34,10 @@ import impactsig
 
 from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
+from .saving import save
+from .seeds import add_seeds
 from .strangers import STRANGERS
 
-RESULTS = Path(__file__).parent / "results"
 RATES = (20_000.0, 50_000.0, 200_000.0)
 LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
 OTHERS = {
@@ -124,10 +126,16 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
         row["bound"] = contact * cramer_rao(SHAPES[pulse], truth.amplitude[k], contact * rate)
         row["of"] = len(truth.time)
         row["second"] = (seed, int(found.time[i]))
-        row["shared_time_error"] = float(found.shared_time_error[i])
         for name in MEASURED:
             row[name] = float(getattr(found, name)[i] - true[name][k])
             row[f"{name}_error"] = float(getattr(found, f"{name}_error")[i])
+        shared = {
+            "time": found.shared_time_error[i],
+            "contact_time": found.contact_time_error[i],
+            "peak": found.shared_peak_error[i],
+            "impulse": 0.0,
+        }
+        row["shared"] = {name: float(shared[name]) for name in MEASURED}
         rows.append(row)
     return rows
 
@@ -141,7 +149,8 @@ def stratum(rows: list[dict]) -> dict:
             "rms": float(np.sqrt(np.mean(z**2))),
             "mean": float(z.mean()),
             "about mean": float(z.std()),
-            "by chance": by_chance(rows, name),
+            "by chance": by_chance(rows, name, [row["second"] for row in rows]),
+            "by one draw": by_chance(rows, name, np.zeros((len(rows), 1))),
             "beyond 2": float(np.mean(np.abs(z) > 2)),
             "beyond 3": float(np.mean(np.abs(z) > 3)),
         }
@@ -153,15 +162,13 @@ def stratum(rows: list[dict]) -> dict:
     return line
 
 
-def by_chance(rows: list[dict], name: str) -> float:
-    """Probability that z-scores are within LEAST and MOST if errors are as stated."""
-    seconds = [row["second"] for row in rows]
-    of = np.unique(np.array(seconds), axis=0, return_inverse=True)[1].ravel()
-    shared = np.zeros(len(rows))
-    if name == "contact_time":
-        shared[:] = 1.0
-    elif name == "time":
-        shared[:] = [min(row["shared_time_error"] / row["time_error"], 1.0) for row in rows]
+def by_chance(rows: list[dict], name: str, drawn) -> float:
+    """Probability that z-scores are within LEAST and MOST if errors are as stated.
+
+    What they share is drawn once for all rows of which `drawn` is the same.
+    """
+    of = np.unique(np.array(drawn), axis=0, return_inverse=True)[1].ravel()
+    shared = np.array([min(row["shared"][name] / row[f"{name}_error"], 1.0) for row in rows])
     rng = np.random.default_rng(len(rows))
     z = shared * rng.standard_normal((DRAWS, of.max() + 1))[:, of]
     z += np.sqrt(1.0 - shared**2) * rng.standard_normal((DRAWS, len(rows)))
@@ -174,7 +181,7 @@ def _within(spread):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="11:23", help="first:last + 1")
+    add_seeds(parser, "11:23")
     parser.add_argument("--shapes", choices=GROUPS, default="recordings")
     parser.add_argument("--contact", type=float, default=1.0, help="contact time [ms]")
     parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
@@ -184,7 +191,6 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300, help="impacts a record")
     parser.add_argument("--write", action="store_true", help="write results/errors.json")
     given = parser.parse_args()
-    seeds = range(*map(int, given.seeds.split(":")))
     options = {"contact": 1e-3 * given.contact, "cutoff": given.cutoff, "step": given.step}
     options["scatter"] = given.scatter
     levels = LEVELS if given.level is None else (given.level,)
@@ -196,7 +202,7 @@ def main() -> None:
         for rate in RATES:
             rows = [
                 row
-                for seed in seeds
+                for seed in given.seeds
                 for row in errors(pulse, rate, seed, count=given.count, **options)
             ]
             every += rows
@@ -223,8 +229,11 @@ def main() -> None:
         spread = np.array([[line[name][of] for name in MEASURED] for line in lines])
         print(f"z of {LEAST}-{MOST} ({of}): {np.mean(_within(spread)):.1%}", end="; ")
         print(f"above: {np.mean(spread > MOST):.1%}")
-    chance = [line[name]["by chance"] for line in lines for name in MEASURED]
-    print(f"errors as stated would have: {np.mean(chance):.1%}")
+    print("errors as stated would have", end="")
+    for drawn, of in (("by chance", "second"), ("by one draw", "stratum")):
+        chance = np.mean([line[name][drawn] for line in lines for name in MEASURED])
+        print(f"; shared ones drawn anew for each {of}: {chance:.1%}", end="")
+    print()
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
     for name, of in [(f"{one:g} dB", ("level", one)) for one in levels] + [
         (one, ("pulse", one)) for one in GROUPS[given.shapes]
@@ -233,8 +242,7 @@ def main() -> None:
         print(f"; {name}: {np.median(few):.2f}", end="")
     print()
     if given.write:
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "errors.json").write_text(json.dumps(lines, indent=1))
+        save("errors", lines)
 
 
 if __name__ == "__main__":

@@ -112,7 +112,7 @@ def test_what_is_no_toml_is_said_with_its_line(written):
 
 def test_tables_contradict_each_other():
     named = {"name": "f", "from": "file name"}
-    with pytest.raises(InvalidInput, match="a key pattern"):
+    with pytest.raises(InvalidInput, match='a key "pattern"'):
         Rig(parameter=named)
     with pytest.raises(InvalidInput, match="no such key"):
         Rig(parameter={**named, "pattern": "(?P<value>.)", "table": "a.csv"})

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from benchmarks.recordings import score
-from benchmarks.sound_timing import MODES, band_limited, crossing, pink
+from benchmarks.recordings import coloured, score
+from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
 from impactsig.detect.sound.timing._edge import (
@@ -345,15 +345,15 @@ def test_projections_are_products_with_the_basis(count, size):
     sounds, basis = rng.standard_normal((count, 80)), rng.standard_normal((5, 8, size))
     first = rng.integers(0, 80 - size + 1, count)
     energy, found = np.empty(count), np.empty((count, 3, 5))
-    project(sounds, first, basis, energy, found)
+    project(sounds, np.arange(count), first, basis, energy, found)
     alone, by_itself = np.empty(1), np.empty((1, 3, 5))
     for i, (y, at, own, of) in enumerate(zip(sounds, first, energy, found, strict=True)):
         part = y[at : at + size]
         assert own == pytest.approx(part @ part, rel=1e-13)
-        products = basis @ part
+        products = basis @ (part / np.sqrt(own))
         np.testing.assert_allclose(of[0], np.sum(products[:, :-2] ** 2, axis=1), rtol=1e-12)
         np.testing.assert_allclose(of[1:].T, products[:, -2:], rtol=0.0, atol=1e-13)
-        project(sounds[i : i + 1], first[i : i + 1], basis, alone, by_itself)
+        project(sounds, np.array([i]), first[i : i + 1], basis, alone, by_itself)
         np.testing.assert_array_equal(by_itself[0], of)  # side by side or alone, the same bits
 
 
@@ -369,10 +369,10 @@ def test_twin_of_the_probability_of_a_shift():
     energy = y @ y
     values = []
     for scale in (1.0, 0.3):  # the densities differ by a constant only
-        projection = np.array([np.sum((q.T @ y) ** 2), *(scale * k.T @ y)])
+        projection = np.array([np.sum((q.T @ y) ** 2) / energy, *(scale * k.T @ y) / energy**0.5])
         value, explained = np.empty((2, 1))
         at_one = projection[:, None], scale**2 * gram[:, None]
-        log_probabilities(*at_one, energy, 2e-3, (1e-2, 3e-3), value, explained)
+        log_probabilities(*at_one, 2e-3, (1e-2, 3e-3), value, explained)
         slow = naive_sound.log_probability(y, q, scale * k, 2e-3, (1e-2, 3e-3))
         values.append(value[0] - slow)
         assert 0.0 < explained[0] < 1.0
@@ -384,7 +384,7 @@ def test_evidence_is_the_integral_of_the_probability():
     grid, step, freedom, noise, energy = np.arange(-12, 13), 0.25, 30.0, 1e-3, 2.0
     priors, unit = np.array([[1e-2, 1e-3], [1e-3, 1e-4], [1e-4, 1e-5]]), (3.0, 2.0)
     projections = np.zeros((9, 3, len(grid)))
-    projections[:, 0] = energy * 0.9 * np.exp(-((grid * step) ** 2) / 50.0)
+    projections[:, 0] = 0.9 * np.exp(-((grid * step) ** 2) / 50.0)
     grams = np.array([[u] * len(grid) for u in (*unit, 0.0)])
     at = noise / energy + (0.1 / freedom - noise / energy)
 
@@ -414,7 +414,7 @@ def test_evidence_is_the_integral_of_the_probability():
 @pytest.mark.parametrize("error", [0.0, 1e6])
 def test_noise_is_white_behind_what_whitens_it(error):
     rng, taps = np.random.default_rng(14), high_pass(RATE)
-    noise = pink(rng, 200_000, RATE)
+    noise = coloured(rng, 200_000, RATE)
     white = whitening(noise[:144_000].reshape(-1, 36), taps, RATE, error)
     np.testing.assert_allclose(white, white[::-1], atol=1e-12)
     # Power in bands of 500 Hz between the high-pass filter and half the rate.

@@ -65,10 +65,10 @@ def test_projections(sounds):
     basis = rng.standard_normal((3, 2 * ROWS_AT_ONCE, SIZE + 1))
     heard, first = rng.standard_normal((sounds, 90)), rng.integers(0, 90 - SIZE, sounds)
     energy, found = np.empty(sounds), np.empty((sounds, 3, 3))
-    project(heard, first, basis, energy, found)
+    project(heard, np.arange(sounds), first, basis, energy, found)
     for i in range(sounds):
         own = heard[i, first[i] : first[i] + SIZE + 1]
-        products = basis @ own
+        products = basis @ own / np.sqrt(own @ own)
         assert energy[i] == pytest.approx(own @ own)
         assert found[i, 0] == pytest.approx(np.sum(products[:, :-2] ** 2, axis=1))
         assert found[i, 1:] == pytest.approx(products[:, -2:].T)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import soundfile
 
+from impactsig.detect.sound._kernels import GROUP
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.deciding.overload import (
     CROWD,
     EVEN,
@@ -17,7 +19,6 @@ from impactsig.detect.sound.deciding.overload import (
     overload_odds,
 )
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at
-from impactsig.detect.sound.sound import GROUP, scale_at
 from tests.unit.test_detect_sound import detect, group_starts, onsets
 
 RATE = 22_050.0

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, njit
-from ._lane_kernels import exponentials, logarithms, sum_of, sum_of_squares
+from ._lane_kernels import exponentials, fused, logarithms, sum_of, sum_of_squares
 
 DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
 MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
@@ -15,7 +14,7 @@ LAGS = 8  # that are summed in vector lanes
 _NONE, _ONE = np.uint64(0), np.uint64(1)
 
 
-@allocating
+@fused
 def measure(x, places, valid, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and the sound around each.
 
@@ -43,7 +42,7 @@ def measure(x, places, valid, limits, scale, out, sounds):
             innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
 
 
-@allocating
+@fused
 def attack(x, at, valid, scale, gains):
     """First sample after the greatest change of variance near `at`, with its variance.
 
@@ -74,7 +73,7 @@ def attack(x, at, valid, scale, gains):
     return first + split, max(variance, least * least)
 
 
-@njit(nogil=True)
+@fused
 def counting_as_one(squares, split, gain, lags):
     """Number of dependent squares that count as one where their mean changes by `gain`.
 
@@ -106,7 +105,7 @@ def counting_as_one(squares, split, gain, lags):
     return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
 
 
-@njit(nogil=True)
+@fused
 def samples_that_tell(squares, split, together):
     """Squares before the split that make it e times less likely, on the mean; inf for no rise.
 
@@ -125,7 +124,7 @@ def samples_that_tell(squares, split, together):
     return together / told if told > 0.0 else np.inf
 
 
-@allocating
+@fused
 def split_variance(gains, first, split, together, weights):
     """Variance of the split about `split`, with probability exp(gain / together).
 
@@ -147,7 +146,7 @@ def split_variance(gains, first, split, together, weights):
     return second / total + 1.0 / 12.0
 
 
-@njit(nogil=True)
+@fused
 def clear_after(x, split, valid, scale):
     """Samples after the attack until innovations reach CLEAR of their greatest power.
 
@@ -169,7 +168,7 @@ def clear_after(x, split, valid, scale):
     return k
 
 
-@njit(nogil=True)
+@fused
 def innovations(x, first, lag, slope, out):
     """Residuals of linear extrapolation from two earlier samples.
 
@@ -181,14 +180,14 @@ def innovations(x, first, lag, slope, out):
         out[k] = x[now + k] - (1.0 + share) * x[then + k] + share * x[before + k]
 
 
-@njit(nogil=True)
+@fused
 def square(values):
     """Square them, in place."""
     for k in range(len(values)):
         values[k] *= values[k]
 
 
-@allocating
+@fused
 def variance_change(squares, at, reach, gains):
     """The split of N squares near `at` at which their variance changes most [Maeda1985]_.
 
@@ -232,7 +231,7 @@ def variance_change(squares, at, reach, gains):
     return split, gain
 
 
-@njit(nogil=True)
+@fused
 def crest(x, split, valid, limits, scale):
     """Greatest deviation after the attack from the mean before; 1.0 as flag if clipped.
 
@@ -255,7 +254,7 @@ def crest(x, split, valid, limits, scale):
     return greatest, clipped
 
 
-@allocating
+@fused
 def clipped_after(x, attacks, valid, limits, scale, out):
     """out[k]: 1.0 if samples after attack k, a place between samples of x, are clipped."""
     for k in range(len(attacks)):

@@ -98,10 +98,7 @@ class Backgrounds:
 
     def of(self, windows: list[Levels], which: int) -> list[np.ndarray]:
         """Of octaves, low ones and narrow bands, in the BLOCKs of one window of these in a row."""
-        parts, octaves, low, bands = (
-            np.concatenate([getattr(one, name) for one in windows], axis=1)
-            for name in ("parts", "octaves", "low", "bands")
-        )
+        parts = np.concatenate([one.parts for one in windows], axis=1)
         parts_sound, sound = (
             np.concatenate([getattr(one, name) for one in windows])
             for name in ("parts_sound", "sound")
@@ -118,6 +115,11 @@ class Backgrounds:
         blocks = [core.blocks for core in cores]
         first = sum(len(one.cores) for one in windows[:which])
         at, count = sum(blocks[:first]), len(windows[which].cores)
+        skipped, last = max(at - self.within, 0), at + windows[which].blocks + self.within
+        octaves, low, bands = (
+            _columns([getattr(one, name) for one in windows], skipped, last)
+            for name in ("octaves", "low", "bands")
+        )
         noises = [np.empty((len(means), count)) for means in (octaves, low, bands)]
         begin = at
         for k in range(count):
@@ -138,10 +140,11 @@ class Backgrounds:
             self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
             noise = np.maximum(noise, toggling * self.gains)
             noises[0][:, k] = np.maximum(noise, rounding)
-            noise = noise_power(low[:, near], sound[near], self.low_bias, holes)
+            of_near = slice(near.start - skipped, near.stop - skipped)
+            noise = noise_power(low[:, of_near], sound[near], self.low_bias, holes)
             # White noise of rounding or of a step is about as strong in the next octaves.
             noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
-            noise = noise_power(bands[:, near], sound[near], self.mean_bias, holes)
+            noise = noise_power(bands[:, of_near], sound[near], self.mean_bias, holes)
             hum = hum_bands(noises[0][:, k], noise, self.hum_crests, self.below)
             if hum:
                 crest = self.hum_crests[:, : self.below] @ noise[: self.below]
@@ -152,8 +155,17 @@ class Backgrounds:
         out = []
         for noise, means in zip(noises, (octaves, low, bands), strict=True):
             out.append(np.empty((len(noise), windows[which].blocks)))
-            background(noise, CORE // BLOCK, means, at, self.nearby, out[-1])
+            background(noise, CORE // BLOCK, means, at - skipped, self.nearby, out[-1])
         return out
+
+
+def _columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
+    """Columns from `first` to before `last` of arrays side by side."""
+    some, begin = [], 0
+    for part in parts:
+        some.append(part[:, max(first - begin, 0) : max(last - begin, 0)])
+        begin += part.shape[1]
+    return np.concatenate(some, axis=1)
 
 
 def window_size(scale: Scale) -> int:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, njit
+from ._lane_kernels import fused
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
@@ -41,7 +41,7 @@ class Scale(NamedTuple):
     before: int
 
 
-@allocating
+@fused
 def octave_powers(x, octaves, even, odd, high, power):
     """power[b, j]: mean square of the details of octave b (0: the highest) in frame j of x.
 
@@ -60,7 +60,7 @@ def octave_powers(x, octaves, even, odd, high, power):
         even, odd = odd, even
 
 
-@allocating
+@fused
 def mean_squares(values, per, out):
     """Means of the squares of each `per` values, added in sequence.
 
@@ -85,7 +85,7 @@ def mean_squares(values, per, out):
             out[j] = total / per
 
 
-@njit(nogil=True)
+@fused
 def part_means(power, first, groups, per, real, parts, counted, silent):
     """Mean powers of `per` frames each, in so many GROUPs from frame `first` on.
 
@@ -115,7 +115,7 @@ def part_means(power, first, groups, per, real, parts, counted, silent):
             counted[i] = heard and real[0] <= at and at + per <= real[1]
 
 
-@njit(nogil=True)
+@fused
 def halve(x, high, low):
     """Haar details and sums of pairs of samples.
 
@@ -131,7 +131,7 @@ def halve(x, high, low):
         low[i] = x[_TWO * i] + 0.25 * (high[i - _ONE] + high[i])
 
 
-@njit(nogil=True)
+@fused
 def both_sides(power, first, count, scale, after, before):
     """Mean powers over `forward` frames from each frame on, and over `past` before it."""
     weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
@@ -170,7 +170,7 @@ def both_sides(power, first, count, scale, after, before):
                 earlier[j] /= scale.past
 
 
-@njit(nogil=True)
+@fused
 def octave_rise(after, before, background, weights, out):
     """out[j]: mean over the octaves of max(0, ln(after / max(before, 2 background))).
 
@@ -195,7 +195,7 @@ def octave_rise(after, before, background, weights, out):
                     out[begin + j] += weights[b] * np.log(ratio[j])
 
 
-@allocating
+@fused
 def loudness(after, background, weights, frames, out):
     """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
     for k in range(len(frames)):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, njit
 from ..signal.order_kernels import select
 from ._kernels import BLOCK, halve
+from ._lane_kernels import fused
 
 STEP = 4  # frames from one likelihood to the next
 LOW = 3  # octaves below those that a frame has a coefficient of
@@ -15,7 +15,7 @@ PART = 32  # frames that share one power
 LOCAL = 16  # PARTs in and beside a BLOCK whose median is usual there
 
 
-@njit(nogil=True)
+@fused
 def low_powers(x, left, even, odd, high, out, means):
     """out[k, j]: square of coefficient j of the k-th octave below the rate of x.
 
@@ -39,7 +39,7 @@ def low_powers(x, left, even, odd, high, out, means):
         even, odd = odd, even
 
 
-@njit(nogil=True)
+@fused
 def usual_power(parts, first, block, least, near):
     """Median of LOCAL parts about a BLOCK, or `least` if that is more.
 
@@ -54,7 +54,7 @@ def usual_power(parts, first, block, least, near):
     return select(near, 0, LOCAL - 1, LOCAL // 2) if more >= LOCAL - LOCAL // 2 else least
 
 
-@allocating
+@fused
 def raise_likelihood(after, before, per, parts, first, bias, background, freedom, clear, out):
     """Raise `out` to the likelihood of a rise from each `before` to `after`, in one octave.
 
@@ -79,7 +79,7 @@ def raise_likelihood(after, before, per, parts, first, bias, background, freedom
                     out[j] = max(out[j], likelihood)
 
 
-@allocating
+@fused
 def over_base(after, before, least, clear, out):
     """out[i]: ratio of `after` to `before`, at least `least`; 1 if less. How many are `clear`."""
     rises = 0
@@ -91,7 +91,7 @@ def over_base(after, before, least, clear, out):
     return rises
 
 
-@allocating
+@fused
 def octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out):
     """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
 
@@ -108,7 +108,7 @@ def octave_likelihood(after, before, parts, first, bias, background, freedom, cl
         )  # fmt: skip
 
 
-@allocating
+@fused
 def low_likelihood(power, left, size, width, parts, first, bias, background, freedom, clear, out):
     """Raise out[i] to the likelihood of a rise in an octave of `size` frames a coefficient.
 

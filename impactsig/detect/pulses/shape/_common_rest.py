@@ -136,6 +136,7 @@ def common_rest(rows, clear, x, origin, room):
     that.
     """
     total, beyond, weight = np.zeros(BINS), np.zeros(BINS), np.zeros(BINS)
+    edges = top = 0.0
     for j in clear:
         row = rows[j]
         kept = row[FIT:]
@@ -148,6 +149,8 @@ def common_rest(rows, clear, x, origin, room):
         within = inside(p, parts, points)
         noise = max(kept[NOISE] / (kept[SCALE] * math.sqrt(per)), EXACT * p[AMPLITUDE])
         one = (p[AMPLITUDE] / noise) ** 2
+        edges += one * 0.5 * (parts.rise + parts.fall)
+        top += one * parts.flat
         for k in range(len(points)):
             place = math.floor(_place(points[k] - p[START], parts))
             if place < 0:
@@ -170,9 +173,31 @@ def common_rest(rows, clear, x, origin, room):
             if EDGE - PER_EDGE <= b < EDGE + PER_TOP + PER_EDGE:
                 square += beyond[b] ** 2 / weight[b] - 1.0
                 shown += weight[b]
+    _pool_top(total, weight, PER_EDGE * top / max(edges, 1e-300))
+    for b in range(BINS):
+        if weight[b] > 0.0:
             total[b] *= max(1.0 - 1.0 / (weight[b] * total[b] ** 2 + 1e-300), 0.0)
     shown = max(shown, 1e-300)
     return total, (square + ABSORBED) / shown, USUAL / shown
+
+
+@kernel
+def _pool_top(rest, weight, wide):
+    """Make stretches of the flat top, `wide` of an edge's in all, no narrower than these, in place.
+
+    Few samples fall into a tenth of a brief one: the highest would be a choice of noise. If it is
+    narrower than one stretch, those beside it count too.
+    """
+    groups = min(max(int(wide + 0.5), 1), PER_TOP)
+    for g in range(groups):
+        first, last = EDGE + g * PER_TOP // groups, EDGE + (g + 1) * PER_TOP // groups
+        beside = 1 if groups == 1 else 0
+        total = seen = 0.0
+        for b in range(first - beside, last + beside):
+            total += weight[b] * rest[b]
+            seen += weight[b]
+        for b in range(first, last):
+            rest[b], weight[b] = total / max(seen, 1e-300), seen
 
 
 @kernel

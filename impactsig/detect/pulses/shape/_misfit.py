@@ -19,12 +19,15 @@ from .._model import POWER, POWERS, parts_of
 from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
 from ._common_rest import crest_of, is_clear
+from ._shared_shape_kernels import BRIEF
 from ._touch import STRETCHES, add_edges, read_touch
 
 OFF_START, OFF_END, OFF_PEAK, OFF_CREST = 1.2, 1.8, 0.15, 0.1
 COARSE, BETWEEN, FEWEST = 0.13, 0.16, 5.0
 """Samples that a touch with a misfit is off by: over those on its edge, and over the root of the
 clear pulses, or so many, which begin anywhere between two samples."""
+FINE = 9.0
+"""Samples on an edge: with more, the latter is over the root of those of all pulses."""
 UNSEEN, UNSEEN_FLAT = 0.075, 0.25
 """Of a sample, over the samples of an edge: how far off its touch is where no misfit shows, and
 where the pulse has a flat top: where an edge of few samples turns into that is not seen."""
@@ -84,12 +87,13 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
     clear = 0
     for k in alike:
         clear += is_clear(rows[k])
-    between = BETWEEN / math.sqrt(max(clear, FEWEST))
     start, end = start * rise, -end * fall
     start_variance, end_variance = start_variance * rise**2, end_variance * fall**2
     start, end = min(max(start, -FARTHEST), FARTHEST), min(max(end, -FARTHEST), FARTHEST)
     crest, peak = crest_of(rest, math.sqrt(early * late))
-    peak += max((crest * OFF_CREST) ** 2, (OFF_PEAK * r) ** 2)
+    # A misfit does not hide the height of a flat top.
+    off_peak = OFF_PEAK / (1.0 + max(1.0 - rise - fall, 0.0) / (0.5 * BRIEF * (rise + fall)))
+    peak += max((crest * OFF_CREST) ** 2, (off_peak * r) ** 2)
     for k in alike:
         row = rows[k]
         contact = row[1] if timed else _length(row)
@@ -104,8 +108,8 @@ def correct_misfit(rows, alike, x, origin, left, held, rest, timed):
         length = _length(row)
         _add_touches(
             row,
-            math.hypot(between, _coarse(rise * length, rises)),
-            math.hypot(between, _coarse(fall * length, falls)),
+            math.hypot(_between(rise * length, clear), _coarse(rise * length, rises)),
+            math.hypot(_between(fall * length, clear), _coarse(fall * length, falls)),
             _coarse(rise * length, rises),
             0.0,
             timed,
@@ -162,6 +166,12 @@ def _coarse(edge, steeper):
     """How far off a touch with a misfit is for want of samples on its edge [samples]."""
     few = COARSE / _samples_on(edge)
     return math.hypot(few, JUMP * min(max((steeper - JUMPS) / JUMPED, 0.0), 1.0))
+
+
+@kernel
+def _between(edge, clear):
+    """The same for want of pulses that begin elsewhere between two samples."""
+    return BETWEEN / math.sqrt(max(clear, FEWEST) * max(edge / FINE, 1.0))
 
 
 @kernel

@@ -47,7 +47,7 @@ FORGOTTEN, AGREES = 0.1, 3.0
 span agrees with them."""
 SPREAD, WEIGHT = np.array([0.0005, 0.002, 0.00025, 0.0005, 0.00025]), 1.0
 """Standard deviation of shapes that is expected, and how many pulses it counts as."""
-LEAST = SPREAD * np.array([1.0, 1.0, 1.0, 0.2, 1.0])
+LEAST = SPREAD * np.array([1.0, 0.2, 0.5, 0.2, 1.0])
 """No less is it taken to be. Pulses of infinite slope are not linear in the others, and need it."""
 
 

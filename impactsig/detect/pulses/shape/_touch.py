@@ -34,6 +34,8 @@ ROUNDS, ENOUGH = 30, 1e-3
 """Steps at most, and a gain that ends them."""
 BEGINS, FARTHEST = (0.0, -1.0, 1.0), 0.25
 """Where the touch is looked for first, in what it is expected to be off, and no farther [edges]."""
+BESIDE = (-1.0, 1.0, -2.0, 2.0)
+"""And from there [stretches]."""
 STEEPEST, LONGEST = 30.0, 0.3
 """Slope [heights an edge], which has no bound where q < 1, and step in one parameter."""
 
@@ -189,11 +191,15 @@ def read_touch(edge, power, expected, spread):
     room = (np.empty(TERMS), np.empty(TERMS), low, here, there)
     p, touch, variance, least = np.empty(TERMS), 0.0, spread * spread, np.inf
     steeper = 0.0
+    lowest = about[0].copy()
     # Where a stretch enters the edge the cost has a kink: the least of several valleys.
-    for begin in BEGINS:
+    for turn in range(len(BEGINS) + len(BESIDE)):
         for i in range(TERMS):
-            p[i] = about[0, i]
-        p[0] = expected + begin * min(spread, FARTHEST)
+            p[i] = lowest[i] if turn >= len(BEGINS) else about[0, i]
+        if turn < len(BEGINS):
+            p[0] = expected + BEGINS[turn] * min(spread, FARTHEST)
+        else:
+            p[0] = touch + BESIDE[turn - len(BEGINS)] * ((LAST - FIRST) / STRETCHES)
         misfit, cost = _descend(p, seen, room)
         if cost < least:
             for i in range(TERMS):
@@ -204,4 +210,6 @@ def read_touch(edge, power, expected, spread):
             free = max(count - 3, 1)
             touch, variance, least = p[0], inverse[0, 0] * max(misfit / free, 1.0), cost
             steeper = max(about[0, 2] - p[2], 0.0)
+            for i in range(TERMS):
+                lowest[i] = p[i]
     return touch, variance, steeper

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import njit
+from .._lane_kernels import fused
 
 
-@njit(nogil=True)
+@fused
 def powers_beside(x, attack, valid, edges, lags, out):
     """Mean squares of the innovations beside attacks, in stretches that follow one another.
 

@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import allocating
+from .._lane_kernels import fused
 
 LANES = 64
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
@@ -57,7 +57,7 @@ def turns(count: int, of: int) -> np.ndarray:
     return np.stack((np.cos(angle), np.sin(angle))).astype(np.float32)
 
 
-@allocating
+@fused
 def to_single(x, faintest, out):
     """Samples over a power of 2 above all of them, in single precision, then zeros.
 
@@ -82,7 +82,7 @@ def to_single(x, faintest, out):
     return scale
 
 
-@allocating
+@fused
 def add_powers(
     single, hop, window, passes, turn, half_turn, place, columns, rows, square,
     scale, first, width, weights, power,
@@ -106,7 +106,7 @@ def add_powers(
         add_bands(square, scale, first, width, weights, at, power)
 
 
-@allocating
+@fused
 def power_spectra(
     single, hop, window, at, passes, turn, half_turn, place, columns, rows, square
 ):  # fmt: skip
@@ -143,7 +143,7 @@ def power_spectra(
         square[last + f] = difference * difference
 
 
-@allocating
+@fused
 def add_bands(square, scale, first, width, weights, at, power):
     """power[b, at + f]: scaled and weighted sums over the coefficients of each band."""
     total = np.empty(LANES, np.float32)
@@ -163,7 +163,7 @@ def add_bands(square, scale, first, width, weights, at, power):
             out[f] = scale * total[f]
 
 
-@allocating
+@fused
 def _load(single, hop, window, begin, columns, x):
     """Windowed samples of LANES frames from sample `begin` on, those of a place side by side.
 
@@ -183,7 +183,7 @@ def _load(single, hop, window, begin, columns, x):
             row[f] = weight * some[f]
 
 
-@allocating
+@fused
 def _pass_of_two(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 2)
     for p in range(count // 2):
@@ -193,7 +193,7 @@ def _pass_of_two(x, count, past, turn, y):
         _two(x[a : a + _ROW], x[b : b + _ROW], turn[0, k], turn[1, k], y[o : o + _TWO * _ROW])
 
 
-@allocating
+@fused
 def _two(a, b, c1, s1, y):
     for f in range(_NONE, _LANES):
         ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
@@ -204,7 +204,7 @@ def _two(a, b, c1, s1, y):
         y[_ROW + _LANES + f] = real * s1 + imag * c1
 
 
-@allocating
+@fused
 def _pass_of_three(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 3)
     for p in range(count // 3):
@@ -218,7 +218,7 @@ def _pass_of_three(x, count, past, turn, y):
         )  # fmt: skip
 
 
-@allocating
+@fused
 def _three(a, b, c, c1, s1, c2, s2, y):
     for f in range(_NONE, _LANES):
         ar, ai, br, bi = a[f], a[_LANES + f], b[f], b[_LANES + f]
@@ -236,7 +236,7 @@ def _three(a, b, c, c1, s1, c2, s2, y):
         y[_TWO * _ROW + _LANES + f] = real * s2 + imag * c2
 
 
-@allocating
+@fused
 def _pass_of_four(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 4)
     for p in range(count // 4):
@@ -265,7 +265,7 @@ def _pass_of_four(x, count, past, turn, y):
             y[o + _THREE * _ROW + _LANES + f] = real * s3 + imag * c3
 
 
-@allocating
+@fused
 def _pass_of_five(x, count, past, turn, y):
     far = _ROW * np.uint64(count // 5)
     for p in range(count // 5):
@@ -307,7 +307,7 @@ def _pass_of_five(x, count, past, turn, y):
             y[o + _THREE * _ROW + _LANES + f] = real * s3 + imag * c3
 
 
-@allocating
+@fused
 def _squares(one, other, zero, mean, c, s, square, square_other):
     """Powers of coefficients k and M - k from the rows of these frequencies.
 

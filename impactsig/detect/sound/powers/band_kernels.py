@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...._compiling.compiled import allocating, njit
-from .._lane_kernels import logarithms, sum_of
+from .._lane_kernels import fused, logarithms, sum_of
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
@@ -14,7 +13,7 @@ _NONE, _TOGETHER = np.uint64(0), np.uint64(32)  # frames that are asked about at
 FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
 
 
-@allocating
+@fused
 def band_rise(earlier, power, background, freedom, per, out):
     """Rise of each frame above as many frames before it as `earlier` has, over the narrow bands.
 
@@ -83,7 +82,7 @@ def band_rise(earlier, power, background, freedom, per, out):
     total /= bands
 
 
-@njit(nogil=True)
+@fused
 def put_before(earlier, power, out):
     """Powers as many frames before each as `earlier` has."""
     lag = np.uint64(min(len(earlier), len(out)))
@@ -93,7 +92,7 @@ def put_before(earlier, power, out):
         out[i] = power[i - lag]
 
 
-@allocating
+@fused
 def band_growth(earlier, power, following, later, background, per, frames, out):
     """out[k]: by how much the bands that rise at frames[k] have grown `later` frames after it.
 
@@ -126,7 +125,7 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
         out[k] = out[k] / risen[k] if risen[k] > 0.0 else 0.0
 
 
-@njit(nogil=True)
+@fused
 def background(noise, per, means, first, nearby, out):
     """Background of band b in group first + g, from the means of neighbouring groups.
 
@@ -154,7 +153,7 @@ def background(noise, per, means, first, nearby, out):
             out[b, g] = max(noise[b, g // per], RANGE * strongest)
 
 
-@njit(nogil=True)
+@fused
 def group_means(power, heard, per, out):
     """Mean power of the audible frames of each group, or of all if none is."""
     counts = np.empty(out.shape[1], np.int64)

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import njit
+from .._lane_kernels import fused
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
@@ -25,7 +25,7 @@ _NONE = np.uint64(0)
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
-@njit(nogil=True)
+@fused
 def taps_at(part, taps):
     """Interpolation weights at a fractional position: windowed sinc.
 
@@ -44,7 +44,7 @@ def taps_at(part, taps):
         taps[n] = sign * sine / away * math.cos(0.5 * math.pi * away / half) ** 2
 
 
-@njit(nogil=True)
+@fused
 def filtered_at(wave, first, taps, out):
     """out[k]: scalar product of the taps with the wave from sample first + k on.
 
@@ -63,7 +63,7 @@ def filtered_at(wave, first, taps, out):
             out[k] += tap * part[k]
 
 
-@njit(nogil=True)
+@fused
 def between(y, place, taps, out):
     """out[k]: y interpolated at `place` + k; `taps` is scratch."""
     whole = math.floor(place)
@@ -71,7 +71,7 @@ def between(y, place, taps, out):
     filtered_at(y, int(whole) + 1 - TAPS, taps, out)
 
 
-@njit(nogil=True)
+@fused
 def shift_wave(wave, pad, shifts):
     """The wave at all shifts of a grid, without `pad` samples at both ends."""
     taps = np.empty(2 * TAPS)
@@ -79,7 +79,7 @@ def shift_wave(wave, pad, shifts):
         between(wave, pad - (j - ROWS // 2) / SHIFTS, taps, shifts[j])
 
 
-@njit(nogil=True)
+@fused
 def product(y, first, weighted):
     """Scalar product of the weighted wave with samples of y from `first` on."""
     a = b = c = d = 0.0
@@ -94,7 +94,7 @@ def product(y, first, weighted):
     return (a + b) + (c + d)
 
 
-@njit(nogil=True)
+@fused
 def add_products(y, begin, apart, step, weights, count, sums):
     """Set sums[:, i], i < count, to the parts of sum_k weights[k] y[begin + k apart + i step].
 
@@ -126,7 +126,7 @@ def add_products(y, begin, apart, step, weights, count, sums):
             out[i] += w0 * y[a + i * by]
 
 
-@njit(nogil=True)
+@fused
 def respond(y, first, reach, stride, weighted, sums):
     """Responses of matched filters at every `stride`-th shift of at most `reach`.
 
@@ -142,7 +142,7 @@ def respond(y, first, reach, stride, weighted, sums):
     return out
 
 
-@njit(nogil=True)
+@fused
 def coarse_shift(y, first, reach, stride, weighted, response):
     """Shift of at most `reach` with the greatest `response` of a matched filter.
 
@@ -166,7 +166,7 @@ def coarse_shift(y, first, reach, stride, weighted, response):
     return at
 
 
-@njit(nogil=True)
+@fused
 def fit_shift(y, first, far, shift, shifts, weight):
     """Least-squares shift from a nearby one; factor, residual and total sums of squares.
 
@@ -201,7 +201,7 @@ def fit_shift(y, first, far, shift, shifts, weight):
     return shift, factor, left, own
 
 
-@njit(nogil=True)
+@fused
 def likeliest(response, after, far, stride, rows, power, expected, spread):
     """Most probable shift of at most `far`, and the posterior mean square about it.
 
@@ -237,7 +237,7 @@ def likeliest(response, after, far, stride, rows, power, expected, spread):
     return at, (second / total if total > 0.0 else 0.0)
 
 
-@njit(nogil=True)
+@fused
 def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, weight, out):
     """Shift, factor, residual, total and noise sums of squares of each sound.
 
@@ -297,7 +297,7 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
         out[i, 4], out[i, 5] = noise, beyond
 
 
-@njit(nogil=True)
+@fused
 def unexplained(sounds, shift, factor, start, wave, weight, out):
     """out[i]: what the wave leaves of sound i from its sample `start` on, over its factor.
 
@@ -310,7 +310,7 @@ def unexplained(sounds, shift, factor, start, wave, weight, out):
             out[i, k] = math.sqrt(weight[k]) * (out[i, k] / factor[i] - wave[k])
 
 
-@njit(nogil=True)
+@fused
 def mean_wave(sounds, shift, factor, start, wave):
     """Least-squares common waveform of shifted and scaled sounds, from sample `start` on."""
     wave[:] = 0.0

@@ -75,8 +75,9 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     of `error` is added, for what models leave of sounds.
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
-    taper = np.hanning(count + 2)[1:-1]
-    spectrum = middles(np.abs(np.fft.rfft(quiet * taper)) ** 2) / np.sum(taper**2)
+    taper, ends = _tapers(count, reach)
+    transform = np.fft.rfft(quiet * taper)
+    spectrum = middles(transform.real**2 + transform.imag**2)
     reflected = np.concatenate((spectrum[2:0:-1], spectrum, spectrum[-2:-4:-1]))
     spectrum = np.convolve(reflected, SMOOTH, mode="valid") + error
     above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
@@ -87,9 +88,16 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     places = np.arange(len(spectrum))[above] / count
     known = np.interp(frequency, places, spectrum[above] / density)
     gain = 1.0 / np.sqrt(np.maximum(known, WEAKEST_NOISE))
-    inverse = np.roll(np.fft.irfft(gain, 2 * reach + 1), reach) * np.hamming(2 * reach + 1)
+    inverse = np.roll(np.fft.irfft(gain, 2 * reach + 1), reach) * ends
     both = np.convolve(taps, inverse)[reach:-reach]
     return both - both.mean()
+
+
+@functools.lru_cache(maxsize=8)
+def _tapers(count: int, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """That of quiet samples, whose squares add up to 1, and that of a filter."""
+    taper = np.hanning(count + 2)[1:-1]
+    return taper / np.sqrt(np.sum(taper**2)), np.hamming(2 * reach + 1)
 
 
 def step_modes(

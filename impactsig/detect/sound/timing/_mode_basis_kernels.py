@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import njit
+from .._lane_kernels import fused, reordered
 
 LANES = 64  # sounds that are projected side by side
 ROWS_AT_ONCE = 4  # of a basis, that sounds are projected on
@@ -15,88 +15,76 @@ ROUNDED = 1e-26  # fraction of the square of a column that rounding may leave
 _NONE = np.uint64(0)
 
 
-@njit(nogil=True)
+@reordered
 def orthonormal(columns, count, parts, begin, shifts, basis, grams):
     """Rows of Q' and K' at each shift, basis[j, r, k] at sample k, and the elements of G.
 
     The first `count` of `columns`, of which `parts` values make a sample, are made orthonormal by
     the method of Gram and Schmidt, once more where little is left of one: to rounding. What is left
     by no more than rounding is nothing. The last two are freed from these. Sample 0 is column
-    `begin` at shift 0; rows of the basis that are not needed come first, and are zeros. All shifts
-    are worked out side by side, in lanes of the processor's vectors.
+    `begin` at shift 0; rows of the basis that are not needed come first, and are zeros.
     """
-    spare, size = basis.shape[1] - len(columns), basis.shape[2]
-    wide, step = np.uint64(len(shifts)), np.uint64(parts)
-    held = np.empty((len(columns), size * len(shifts)))
-    square, before = np.empty(len(shifts)), np.empty(len(shifts))
-    basis[:, :spare] = 0.0
-    for c in range(len(columns)):
-        row, own = held[c], columns[c]
-        for k in range(np.uint64(size)):
-            at, to = np.uint64(begin) + k * step, k * wide
-            for j in range(wide):
-                row[to + j] = own[at - np.uint64(shifts[j])]
-        products(row, row, before)
-        for turn in range(2):
-            if turn and (square >= LOST * before).all():
-                break
-            for other in range(min(c, count)):
-                products(row, held[other], square)
-                take_off(row, held[other], square)
-            products(row, row, square)
-        if c < count:
-            for j in range(len(shifts)):
-                some = square[j] > ROUNDED * before[j]
-                square[j] = 1.0 - 1.0 / math.sqrt(square[j]) if some else 1.0
-            take_off(row, row, square)
-        elif c == count:
-            grams[0] = square
-        else:
-            grams[1] = square
-            products(row, held[count], grams[2])
-        for k in range(np.uint64(size)):
-            for j in range(wide):
-                basis[j, spare + c, k] = row[k * wide + j]
+    spare = basis.shape[1] - len(columns)
+    for j in range(len(shifts)):
+        basis[j, :spare] = 0.0
+        rows, first = basis[j, spare:], begin - shifts[j]
+        for c in range(len(columns)):
+            row, own = rows[c], columns[c]
+            for k in range(len(row)):
+                row[k] = own[first + k * parts]
+            before, square = product(row, row), 0.0
+            for turn in range(2):
+                if turn and square >= LOST * before:
+                    break
+                for other in range(min(c, count)):
+                    add_times(-product(row, rows[other]), rows[other], row)
+                square = product(row, row)
+            if c < count:
+                size = math.sqrt(square)
+                for k in range(len(row)):
+                    row[k] = row[k] / size if square > ROUNDED * before else 0.0
+            elif c == count:
+                grams[0, j] = square
+            else:
+                grams[1, j], grams[2, j] = square, product(row, rows[count])
 
 
-@njit(nogil=True)
-def products(row, other, out):
-    """Scalar product of two rows in each lane."""
-    wide = np.uint64(len(out))
-    out[:] = 0.0
-    for k in range(_NONE, np.uint64(len(row)), wide):
-        for j in range(_NONE, wide):
-            out[j] += row[k + j] * other[k + j]
+@reordered
+def product(row, other):
+    """Scalar product of two rows."""
+    total = 0.0
+    for k in range(len(row)):
+        total += row[k] * other[k]
+    return total
 
 
-@njit(nogil=True)
-def take_off(row, other, times):
-    """Take so many times the other off a row, in each lane."""
-    wide = np.uint64(len(times))
-    for k in range(_NONE, np.uint64(len(row)), wide):
-        for j in range(_NONE, wide):
-            row[k + j] -= times[j] * other[k + j]
+@reordered
+def add_times(factor, other, row):
+    """Add so many times the other to a row."""
+    for k in range(len(row)):
+        row[k] += factor * other[k]
 
 
-@njit(nogil=True)
-def project(sounds, first, basis, energy, projections):
-    """Energy of each sound from sample first[i] on, and its projections on the basis at each shift.
+@fused
+def project(sounds, which, first, basis, energy, projections):
+    """Energy of some sounds from sample first[i] on, and projections of them over its root.
 
-    A projection is the power in all but the last two rows of a basis, and the products with these;
-    there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by side, each in a
-    lane of the processor's vectors.
+    A projection is the power in all but the last two rows of a basis, and the products with these,
+    at each shift; there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by
+    side, each in a lane of the processor's vectors, with as many digits as the basis has.
     """
     shifts, rows, size = basis.shape
-    block, sums, power = np.empty(size * LANES), np.empty((ROWS_AT_ONCE, LANES)), np.empty(LANES)
-    for at in range(0, len(sounds), LANES):
-        count = min(LANES, len(sounds) - at)
+    kind = basis.dtype
+    block, sums = np.empty(size * LANES, kind), np.empty((ROWS_AT_ONCE, LANES), kind)
+    power = np.empty(LANES, kind)
+    for at in range(0, len(which), LANES):
+        count = min(LANES, len(which) - at)
         for i in range(count):
-            total = 0.0
+            sound = sounds[which[at + i], first[at + i] : first[at + i] + size]
+            energy[at + i] = product(sound, sound)
+            scale = 1.0 / math.sqrt(energy[at + i]) if energy[at + i] > 0.0 else 0.0
             for k in range(size):
-                value = sounds[at + i, first[at + i] + k]
-                block[k * count + i] = value
-                total += value * value
-            energy[at + i] = total
+                block[k * count + i] = scale * sound[k]
         a, b, c, d = sums[0, :count], sums[1, :count], sums[2, :count], sums[3, :count]
         for j in range(shifts):
             power[:] = 0.0
@@ -112,7 +100,7 @@ def project(sounds, first, basis, energy, projections):
                 projections[at + i, 1, j], projections[at + i, 2, j] = c[i], d[i]
 
 
-@njit(nogil=True)
+@fused
 def four_products(block, count, rows, a, b, c, d):
     """Scalar products of four rows with so many sounds, whose samples lie side by side.
 
@@ -146,3 +134,46 @@ def four_products(block, count, rows, a, b, c, d):
             b[i] += b0 * w
             c[i] += c0 * w
             d[i] += d0 * w
+
+
+@reordered
+def leave_and_change(sounds, which, first, place, error, prior, basis, grams, left, change):
+    """What a model leaves of sounds from sample first[i] on, and how it changes by a shift.
+
+    Both are for sounds of energy 1, fitted at the fine shift nearest to place[i]; error[i] is their
+    s. Of the change, what other amplitudes would do as well is taken off, and its size is 1.
+    """
+    size, middle = left.shape[1], len(basis) // 2
+    later, fitted = np.empty(size), np.empty(size)
+    for i in range(len(which)):
+        at = min(max(middle + math.floor(place[i] + 0.5), 1), len(basis) - 2)
+        sound = sounds[which[i], first[i] : first[i] + size]
+        scale = 1.0 / math.sqrt(product(sound, sound))
+        for k in range(size):
+            left[i, k] = scale * sound[k]
+        fit_at(left[i], error[i], prior, basis[at - 1], grams[:, at - 1], change[i])
+        fit_at(left[i], error[i], prior, basis[at + 1], grams[:, at + 1], later)
+        fit_at(left[i], error[i], prior, basis[at], grams[:, at], fitted)
+        for k in range(size):
+            change[i, k] = later[k] - change[i, k]
+            left[i, k] -= fitted[k]
+        fit_at(change[i], error[i], prior, basis[at], grams[:, at], fitted)
+        for k in range(size):
+            change[i, k] -= fitted[k]
+        square = product(change[i], change[i])
+        scale = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
+        for k in range(size):
+            change[i, k] *= scale
+
+
+@reordered
+def fit_at(sound, error, prior, rows, gram, out):
+    """What the model with these rows of Q' and K' makes of a sound of energy 1."""
+    out[:] = 0.0
+    for row in range(len(rows) - 2):
+        add_times(product(sound, rows[row]), rows[row], out)
+    impulse, slope = gram[0] + error / prior[0], gram[1] + error / prior[1]
+    first, second = product(sound, rows[-2]), product(sound, rows[-1])
+    det = impulse * slope - gram[2] * gram[2]
+    add_times((first * slope - second * gram[2]) / det, rows[-2], out)
+    add_times((second * impulse - first * gram[2]) / det, rows[-1], out)

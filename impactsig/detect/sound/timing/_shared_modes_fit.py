@@ -12,7 +12,8 @@ import numpy as np
 
 from .._nearby import middle
 from ._edge import PARTS, step_modes
-from ._mode_basis_kernels import ROWS_AT_ONCE, orthonormal, project
+from ._fit_kernels import Fit, fit_each
+from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
 from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -33,13 +34,13 @@ OWN = 0.75  # of the misfit of others along the change by a shift, that counts f
 class Projected:
     """Sounds on the modes of a model: at whole shifts, and at fine ones about an origin."""
 
-    count: int  # of all sounds
-    which: np.ndarray  # of them, that hold all that a fit needs
-    sounds: np.ndarray  # these
-    first: np.ndarray  # sample of each that the first whole shift puts at the start of a fit
+    sounds: np.ndarray
+    which: np.ndarray  # of them, that hold all that a fit needs; what follows is of these
+    first: np.ndarray  # sample that the first whole shift puts at the start of a fit
     energy: np.ndarray
     whole: np.ndarray  # (sounds, 3, shifts); no shifts if origins are given
-    begins: np.ndarray  # sample of each at which the fine shifts count from; -1 if unknown
+    there: np.ndarray  # of these, that have an origin; what follows is of them
+    begins: np.ndarray  # sample that the fine shifts count from
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
 
@@ -87,52 +88,69 @@ class Model:
 
         The share is that beyond noise.
         """
-        return self.fit_projected(self.projected(sounds, guess))
+        first, fits = self._first(guess), np.empty((len(guess), 3))
+        fit_each(sounds, first, self._fit, fits)
+        fits[:, 0] += first + self.lead
+        return fits
+
+    @property
+    def _fit(self) -> Fit:
+        """Of a model that is learned, for the kernel."""
+        return Fit(
+            self._coarse,
+            self.whole[1],
+            *self.fine,
+            1.0 / PARTS,
+            (self.noise, self.error),
+            self.misfit,
+            self.freedom,
+            self.prior,
+        )
+
+    @functools.cached_property
+    def _coarse(self) -> np.ndarray:
+        """The basis at whole samples, in single precision."""
+        return self.whole[0].astype(np.float32)
+
+    @property
+    def width(self) -> int:
+        """Samples that a fit may need."""
+        return self.whole[0].shape[2] + 2 * self.reach
+
+    def begins(self, guess: np.ndarray) -> np.ndarray:
+        """The first sample of each sound that a fit may need."""
+        return self._first(guess) - self.reach
+
+    def _first(self, guess: np.ndarray) -> np.ndarray:
+        """Sample of each sound at which a fit at its guess begins."""
+        known = np.where(np.isfinite(guess), guess, -1e6)
+        return np.asarray(np.floor(known + 0.5).astype(np.int64) - self.lead)
 
     def projected(self, sounds: np.ndarray, guess: np.ndarray) -> Projected:
         """Sounds that start near a guess, for any prior and error."""
         basis, _ = self.whole
         reach, size = len(basis) // 2, basis.shape[2]
-        known = np.isfinite(guess)
-        first = np.floor(np.where(known, guess, -1e6) + 0.5).astype(np.int64) - self.lead
+        first = self._first(guess)
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
-        if len(which) < len(sounds):
-            sounds, first = sounds[which], first[which]
-        energy, whole = self._projections(sounds, first, basis)
-        fine = np.empty((len(which), 3, 2 * self.near + 1))
-        unknown = np.full(len(which), -1)
-        return Projected(
-            len(guess), which, sounds, first, energy, whole, unknown, energy.copy(), fine
-        )
+        first = first[which]
+        energy, whole = _projections(sounds, which, first, basis)
+        none, nowhere = np.empty((0, 3, 0)), np.empty(0, np.int64)
+        return Projected(sounds, which, first, energy, whole, nowhere, nowhere, np.empty(0), none)
 
     def projected_there(self, held: Projected, most: int) -> Projected:
         """The loudest of sounds that have an origin by another model, for a fit about the same."""
-        there = np.flatnonzero(held.begins >= 0)
-        if len(there) > most:
-            there = np.sort(there[np.argsort(-held.energy_there[there], kind="stable")[:most]])
-        sounds, begins = held.sounds[there], held.begins[there]
-        energy, fine = self._projections(sounds, begins, self.fine[0])
-        which, first, whole = held.which[there], held.first[there], np.empty((len(there), 3, 0))
-        return Projected(held.count, which, sounds, first, energy, whole, begins, energy, fine)
-
-    def fit_projected(self, held: Projected) -> np.ndarray:
-        """The fit of sounds that are projected on this model."""
-        fits = np.full((held.count, 3), np.nan)
-        there, origin, beyond = self._origins(held)
-        if len(there):
-            energy, fine = self._near(held, there, origin)
-            out, floor = np.empty((len(there), 3)), (self.noise, self.error)
-            weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
-            which, own = held.which[there], self.noise / energy
-            wider = np.maximum((own + self.misfit) / (own + self.error), 1.0)
-            fits[which, 0] = origin + self.lead + out[:, 0]
-            fits[which, 1] = np.sqrt(out[:, 1] ** 2 * wider + beyond)
-            fits[which, 2] = out[:, 2] - self.freedom * self.noise / energy
-        return fits
+        loud = np.arange(len(held.there))
+        if len(loud) > most:
+            loud = np.sort(np.argsort(-held.energy_there, kind="stable")[:most])
+        there, begins = held.there[loud], held.begins[loud]
+        which, first = held.which[there], held.first[there]
+        energy, fine = _projections(held.sounds, which, begins, self.fine[0])
+        whole, there = np.empty((len(loud), 3, 0)), np.arange(len(loud))
+        return Projected(held.sounds, which, first, energy, whole, there, begins, energy, fine)
 
     def median_left(self, held: Projected) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
-        there, origin, _ = self._origins(held)
+        there, origin = self._origins(held)
         if not len(there):
             return np.inf
         energy, fine = self._near(held, there, origin)
@@ -154,7 +172,7 @@ class Model:
         The first prior has to do where no other one can come up to an evidence of `beaten`.
         """
         self.evidence = -np.inf
-        there, origin, _ = self._origins(held)
+        there, origin = self._origins(held)
         if len(there) < LEAST:
             return
         energy, fine = self._near(held, there, origin)
@@ -180,78 +198,66 @@ class Model:
         is OWN times the mean square of a component of a sound in this direction for all others,
         noise apart, in the median of the sounds.
         """
-        there, origin, _ = self._origins(held)
-        some = slice(None, None, max(-(-len(there) // COMPARED), 1))
-        there, origin = there[some], origin[some]
+        there, origin = self._origins(held)
         energy, fine = self._near(held, there, origin)
+        some = slice(None, None, max(-(-len(there) // COMPARED), 1))
+        there, origin, energy, fine = there[some], origin[some], energy[some], fine[some].copy()
         out, floor = np.empty((len(there), 3)), (self.noise, self.error)
         weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
         own = self.noise / energy
         alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
         if len(alike) < LEAST:
             return
-        at = np.rint(PARTS * out[alike, 0]).astype(int) + self.near
-        at = np.clip(at, 1, 2 * self.near - 1)
-        samples = origin[alike, None] + np.arange(self.fine[0].shape[2])
-        sounds = held.sounds[there[alike, None], samples] / np.sqrt(energy[alike, None])
-        own = own[alike]
-        left = sounds - self._fitted(sounds, own, at)
-        change = self._fitted(sounds, own, at + 1) - self._fitted(sounds, own, at - 1)
-        change -= self._fitted(change, own, at)  # by a shift alone
-        size = np.sqrt(np.sum(change**2, axis=1, keepdims=True))
-        change /= np.where(size > 0.0, size, 1.0)
+        own, which = own[alike], held.which[there[alike]]
+        left, change = np.empty((2, len(alike), self.fine[0].shape[2]))
+        leave_and_change(
+            held.sounds,
+            which,
+            origin[alike],
+            PARTS * out[alike, 0],
+            own + self.error,
+            self.prior,
+            *self.fine,
+            left,
+            change,
+        )
         squares = (change @ left.T) ** 2 - own
         others = np.sum(squares, axis=0) - np.diag(squares)
         self.misfit = OWN * middle(others) / (len(own) - 1)
 
-    def _fitted(self, sounds: np.ndarray, own: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """What the model makes of sounds of energy 1, with their own noise, at fine shifts."""
-        rows, (impulse, slope, both) = self.fine[0][at], self.fine[1][:, at]
-        error = own + self.error
-        impulse, slope = impulse + error / self.prior[0], slope + error / self.prior[1]
-        parts = (rows @ sounds[:, :, None])[:, :, 0]
-        first, second = parts[:, -2].copy(), parts[:, -1].copy()
-        det = impulse * slope - both * both
-        parts[:, -2] = (first * slope - second * both) / det
-        parts[:, -1] = (second * impulse - first * both) / det
-        return np.asarray((parts[:, None] @ rows)[:, 0])
+    def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
+        """Those that start somewhere, and the sample at which a fit begins.
 
-    def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Those that start somewhere, the sample at which a fit begins, and a variance.
-
-        It is the one that puts the most probable start at its origin; what starts that are not
-        near to that add to the variance.
+        It is the one that puts the most probable start at its origin.
         """
         if not held.whole.shape[2]:
-            return np.arange(len(held.begins)), held.begins, np.zeros(len(held.begins))
+            return held.there, held.begins
         basis, gram = self.whole
         shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
         floor = self.noise, self.error
         place(held.whole, held.energy, gram, self.near // PARTS, floor, self.prior, shift, beyond)
         there = np.flatnonzero(shift >= 0)
-        return there, (held.first + shift)[there] - len(basis) // 2, beyond[there]
+        return there, (held.first + shift)[there] - len(basis) // 2
 
     def _near(
         self, held: Projected, there: np.ndarray, origin: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Energy and fine projections of some sounds where a fit begins at these samples."""
-        moved = held.begins[there] != origin
-        some = there[moved]
-        if len(some):
-            held.begins[some] = origin[moved]
-            held.energy_there[some], held.fine[some] = self._projections(
-                held.sounds[some], origin[moved], self.fine[0]
+        known = np.array_equal(held.there, there) and np.array_equal(held.begins, origin)
+        if not known:
+            held.there, held.begins = there, origin
+            held.energy_there, held.fine = _projections(
+                held.sounds, held.which[there], origin, self.fine[0]
             )
-        if len(there) == len(held.fine):
-            return held.energy_there, held.fine
-        return held.energy_there[there], held.fine[there]
+        return held.energy_there, held.fine
 
-    def _projections(
-        self, sounds: np.ndarray, first: np.ndarray, basis: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        energy, projections = np.empty(len(sounds)), np.empty((len(sounds), 3, len(basis)))
-        project(sounds, first, basis, energy, projections)
-        return energy, projections
+
+def _projections(
+    sounds: np.ndarray, which: np.ndarray, first: np.ndarray, basis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    energy, projections = np.empty(len(which)), np.empty((len(which), 3, len(basis)))
+    project(sounds, which, first, basis, energy, projections)
+    return energy, projections
 
 
 def modes_behind(

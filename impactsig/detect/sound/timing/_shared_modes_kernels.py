@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import allocating, kernel, njit
+from ...._compiling.compiled import kernel
 from .._attack_kernels import innovations
-from .._lane_kernels import sum_of_squares
+from .._lane_kernels import fused, sum_of_squares
 from ._alike_kernels import add_products, filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
@@ -16,11 +16,14 @@ FINE = 8  # places between two samples that a crossing is looked for at
 FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
-@njit(nogil=True)
-def high_passed(waves, taps, out):
-    """out[i, k]: the filtered sample k + len(taps) // 2 of wave i."""
-    for i in range(len(waves)):
-        filtered_at(waves[i], 0, taps, out[i])
+@fused
+def high_passed(samples, first, taps, out):
+    """out[i, k]: the filtered sample first[i] + k + len(taps) // 2; 0 if first[i] is negative."""
+    for i in range(len(first)):
+        if first[i] < 0:
+            out[i] = 0.0
+        else:
+            filtered_at(samples, first[i], taps, out[i])
 
 
 @kernel
@@ -43,7 +46,7 @@ def add_moved(response, factors, apart, out):
             part[k] += factor * response[k]
 
 
-@njit(nogil=True)
+@fused
 def add_rings(sounds, first, size, noise, rows, total):
     """Add the lagged products of the ring of each sound over its energy, and return the noise.
 
@@ -62,7 +65,7 @@ def add_rings(sounds, first, size, noise, rows, total):
     return floor
 
 
-@njit(nogil=True)
+@fused
 def add_lagged_products(ring, rows, factor, total):
     """Add to total[i, j], i <= j, the factor times H'H, H[k, i] = ring[k + i] with so many rows.
 
@@ -85,7 +88,7 @@ def add_lagged_products(ring, rows, factor, total):
             total[a, b] += factor * value[a]
 
 
-@njit(nogil=True)
+@fused
 def crossings(sounds, quiet, begin, end, shares, out):
     """First crossing of a fraction of each sound's greatest modulus, and its duration.
 
@@ -134,7 +137,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
             out[i, 2] = math.sqrt(noise / quiet) / (FINE * rise)
 
 
-@allocating
+@fused
 def abruptness(waves, split, lag, slope, count, out):
     """Power of two innovations of each wave at `split` over the greatest two of `count`."""
     innovation = np.empty(count)

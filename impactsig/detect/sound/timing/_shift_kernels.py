@@ -17,9 +17,8 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import allocating
 from ...signal.order_kernels import centre_of
-from .._lane_kernels import exponentials, logarithms
+from .._lane_kernels import exponentials, fused, logarithms
 from ._alike_kernels import UNSURE
 
 BETWEEN = 8  # places between two shifts at which the probability is interpolated
@@ -28,12 +27,12 @@ NOTHING = 1e-30  # energy over the noise of a sample for which probabilities are
 _NONE = np.uint64(0)
 
 
-@allocating
-def log_probabilities(projection, gram, energy, error, prior, value, explained):
+@fused
+def log_probabilities(projection, gram, error, prior, value, explained):
     """Log probability L of each shift, and the fraction of the energy that is explained.
 
-    `gram` holds the two diagonal elements of G and that beside them, `error` is s, `prior` the
-    two diagonal elements of V.
+    `projection` is that of a sound over the root of its energy; `gram` holds the two diagonal
+    elements of G and that beside them, `error` is s, `prior` the two diagonal elements of V.
     """
     count = np.uint64(len(value))
     first, second = error / prior[0], error / prior[1]
@@ -43,14 +42,14 @@ def log_probabilities(projection, gram, energy, error, prior, value, explained):
         det = g0 * g1 - gram[2, j] * gram[2, j]
         b0, b1 = projection[1, j], projection[2, j]
         beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det
-        explained[j] = (projection[0, j] + beyond) / energy
+        explained[j] = projection[0, j] + beyond
         value[j] = det * scale
     logarithms(value)
     for j in range(count):
         value[j] = 0.5 * (explained[j] / error - value[j])
 
 
-@allocating
+@fused
 def place(projections, energy, grams, near, floor, prior, shift, beyond):
     """Most probable whole shift at which each sound starts; shifts count from the first.
 
@@ -64,7 +63,7 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
         if energy[i] <= NOTHING * floor[0]:
             continue
         error = floor[0] / energy[i] + floor[1]
-        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        log_probabilities(projections[i], grams, error, prior, value, explained)
         best = value.argmax()
         shift[i] = best
         most = value[best]
@@ -79,7 +78,7 @@ def place(projections, energy, grams, near, floor, prior, shift, beyond):
         beyond[i] /= total
 
 
-@allocating
+@fused
 def leave(projections, energy, grams, floor, freedom, prior, left):
     """Fraction of the energy of each sound that the most probable shift leaves.
 
@@ -88,15 +87,15 @@ def leave(projections, energy, grams, floor, freedom, prior, left):
     value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     for i in range(len(energy)):
         error = floor[0] / energy[i] + floor[1]
-        log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+        log_probabilities(projections[i], grams, error, prior, value, explained)
         left[i] = max(1.0 - explained[value.argmax()], 0.0)
         if left[i] > error * freedom:
             error = left[i] / freedom
-            log_probabilities(projections[i], grams, energy[i], error, prior, value, explained)
+            log_probabilities(projections[i], grams, error, prior, value, explained)
             left[i] = max(1.0 - explained[value.argmax()], 0.0)
 
 
-@allocating
+@fused
 def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     """Posterior mean and deviation of the shift, and residual share, of each sound.
 
@@ -110,7 +109,7 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
         )
 
 
-@allocating
+@fused
 def most_probable(
     projections, energy, grams, step, noise, freedom, priors, first_error, least, enough
 ):
@@ -127,9 +126,7 @@ def most_probable(
         for _ in range(2):
             for i in range(len(energy)):
                 own = noise / energy[i]
-                log_probabilities(
-                    projections[i], grams, energy[i], own + error, prior, value, explained
-                )
+                log_probabilities(projections[i], grams, own + error, prior, value, explained)
                 left = max(1.0 - explained[value.argmax()], 0.0)
                 beyond[i] = left / freedom - own
             error = max(centre_of(beyond, len(beyond)), least)
@@ -156,7 +153,7 @@ def most_probable(
     return most, variance, error_there
 
 
-@allocating
+@fused
 def _posterior(projection, grams, energy, step, floor, freedom, prior, value, explained, scratch):
     """Posterior mean and deviation of the shift of a sound, residual share, log evidence.
 
@@ -164,19 +161,19 @@ def _posterior(projection, grams, energy, step, floor, freedom, prior, value, ex
     what is left to each of the degrees of freedom. What follows `prior` is scratch.
     """
     error = floor[0] / energy + floor[1]
-    log_probabilities(projection, grams, energy, error, prior, value, explained)
+    log_probabilities(projection, grams, error, prior, value, explained)
     best = value.argmax()
     left = max(1.0 - explained[best], 0.0)
     if left > error * freedom:
         error = left / freedom
-        log_probabilities(projection, grams, energy, error, prior, value, explained)
+        log_probabilities(projection, grams, error, prior, value, explained)
         best = value.argmax()
         left = max(1.0 - explained[best], 0.0)
     mean, deviation, evidence = _moments(value, value[best], step, scratch)
     return mean, deviation, left, evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
 
-@allocating
+@fused
 def _moments(value, most, step, scratch):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 

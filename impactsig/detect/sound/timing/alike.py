@@ -30,6 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
+from .._nearby import middle
 from ._alike_kernels import ROWS, SHIFTS, TAPS, lay_over, mean_wave, shift_wave, unexplained
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
@@ -45,6 +46,7 @@ UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 CLEAR = 0.02  # fraction of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
+QUARTERS, CLEARLY = 4, 2.0  # laid one after the other; times that, seen by one of them
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
 INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
@@ -196,7 +198,7 @@ class Overlay:
             return None
         lengths = self.lengths
         part = slice(lengths.first - lengths.pad, lengths.first + lengths.size + lengths.pad)
-        strongest = np.argsort(-np.sum(sounds**2, axis=1), kind="stable")
+        strongest = np.argsort(-np.einsum("ij,ij->i", sounds, sounds), kind="stable")
         # Every so many of the stronger half: the others are noisier.
         some = strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]
         leaders = sounds[some]
@@ -214,16 +216,14 @@ class Overlay:
             return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay_if_alike(sounds, anywhere, shifts)
+            laid = self._lay_if_alike(sounds, anywhere, expected, shifts)
             if laid is None:
                 return None
             alike = _alike(laid)
-            fits = laid[alike]
+            fits, error = laid[alike], expected[alike, 1]
             shift, factor = fits[:, 0], fits[:, 1]
-            late = shift - expected[alike, 0]
-            latency = float(np.median(late))
-            apart, error = np.abs(late - latency), expected[alike, 1]
-            if np.median(apart) > self._agree(fits, error):
+            latency, apart = _apart(fits, expected[alike])
+            if middle(apart) > self._agree(fits, error):
                 return None
             if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
                 return None
@@ -242,8 +242,8 @@ class Overlay:
         phase = 0.0
         if self._one_mode(shifts[ROWS // 2]):
             # Another phase is another shift: only attacks tell how much of either there is.
-            known = max(float(np.median(error)), 12.0**-0.5) ** 2
-            phase = max((DEVIATION_BY_MEDIAN * float(np.median(apart))) ** 2 - known, 0.0)
+            known = max(middle(error), 12.0**-0.5) ** 2
+            phase = max((DEVIATION_BY_MEDIAN * middle(apart)) ** 2 - known, 0.0)
             if phase > known:
                 return None
         misfit = self._misfit(shifts[ROWS // 2], sounds[alike], fits)
@@ -255,7 +255,7 @@ class Overlay:
         _, _, left, own, noise, _ = laid.T
         if np.sum(left - noise) > UNLIKE * max(np.sum(own - noise), 0.0):
             return self.lengths.agree
-        doubtful = min(2.0 * float(np.median(error)), self.lengths.agree_in_noise)
+        doubtful = min(2.0 * middle(error), self.lengths.agree_in_noise)
         return max(self.lengths.agree, doubtful)
 
     def _gain(self, shifts: np.ndarray, sounds: np.ndarray) -> tuple[float, float]:
@@ -328,17 +328,24 @@ class Overlay:
         return float(np.sum(self.weight * a * b))
 
     def _lay_if_alike(
-        self, sounds: np.ndarray, expected: np.ndarray, shifts: np.ndarray
+        self, sounds: np.ndarray, near: np.ndarray, expected: np.ndarray, shifts: np.ndarray
     ) -> np.ndarray | None:
-        """The result of `_lay`; None as soon as too few can be alike."""
-        spare, step, laid = len(sounds) - max(LEAST, len(sounds) / 2), len(sounds) // 4 + 1, []
-        for first in range(0, len(sounds), step):
-            part = slice(first, first + step)
-            laid.append(self._lay(sounds[part], expected[part], shifts, 0.0, 1.0))
-            spare -= np.count_nonzero(~_alike(laid[-1]))
+        """The result of `_lay`; None once too few can be alike or shifts clearly disagree."""
+        spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
+        for first in range(min(QUARTERS, len(sounds))):
+            some = slice(first, None, QUARTERS)
+            part = self._lay(np.ascontiguousarray(sounds[some]), near[some], shifts, 0.0, 1.0)
+            laid[some] = part
+            alike = _alike(part)
+            spare -= np.count_nonzero(~alike)
             if spare < 0.0:
                 return None
-        return np.concatenate(laid)
+            fits, known = part[alike], expected[some][alike]
+            if len(fits) >= LEAST:
+                _, apart = _apart(fits, known)
+                if middle(apart) > CLEARLY * self._agree(fits, known[:, 1]):
+                    return None
+        return laid
 
     def _lay(
         self,
@@ -368,6 +375,13 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
         total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
+
+
+def _apart(fits: np.ndarray, expected: np.ndarray) -> tuple[float, np.ndarray]:
+    """How late shifts are in the median, and how far from that each is."""
+    late = fits[:, 0] - expected[:, 0]
+    latency = middle(late)
+    return latency, np.abs(late - latency)
 
 
 def _slope(shifts: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ from ._edge import high_pass, whitening
 from ._shared_exponents import may_share
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
-from ._shared_modes_kernels import abruptness, crossings, high_passed
+from ._shared_modes_kernels import NEAR_TAPS, abruptness, crossings, high_passed
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
 SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
@@ -104,12 +104,13 @@ class SharedModes:
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
-            waves = self._waves(x, valid, attacks)
+            first = np.rint(attacks + 0.5).astype(int) - self.before
+            there = (first >= valid[0]) & (first + self.length <= valid[1])
             if self.learned:
-                self.found.append(self._timed(waves))
+                self.found.append(self._timed(x, np.where(there, first, -1)))
                 return
-            self.held.append(waves)
-            self.count += len(waves)
+            self.held.append(self._waves(x, first, there))
+            self.count += len(first)
             if self.count >= LEARN:
                 self._learn()
 
@@ -137,16 +138,14 @@ class SharedModes:
         first = len(timing.shift) - count
         return Timing(timing.shift[first:], timing.error[first:])
 
-    def _waves(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> np.ndarray:
+    def _waves(self, x: np.ndarray, first: np.ndarray, there: np.ndarray) -> np.ndarray:
         """Waveform around each attack; zeros if it is incomplete."""
-        first = np.rint(attacks + 0.5).astype(int) - self.before
-        there = (first >= valid[0]) & (first + self.length <= valid[1])
         if not there.any():
-            return np.zeros((len(attacks), self.length))
+            return np.zeros((len(first), self.length))
         every = np.lib.stride_tricks.sliding_window_view(x, self.length)
-        if there.all():
+        if there.all():  # one copy, not two
             return np.asarray(every[first])
-        waves = np.zeros((len(attacks), self.length))
+        waves = np.zeros((len(first), self.length))
         waves[there] = every[first[there]]
         return waves
 
@@ -176,7 +175,7 @@ class SharedModes:
                     self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
-                timed[LEARN:] = self._timed(waves[LEARN:])
+                timed[LEARN:] = self._timed(waves.ravel(), self._places(len(waves))[LEARN:])
         self.found.append(timed)
 
     def _by_crossings(self, waves: np.ndarray) -> bool:
@@ -203,20 +202,17 @@ class SharedModes:
         chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
-        (model, held), fits = chosen, np.empty((len(sounds), 3))
+        model, held = chosen
         model.compare(held, STRANGE)
-        fits[few], others = model.fit_projected(held), np.ones(len(sounds), bool)
-        others[few] = False
-        if others.any():
-            fits[others] = model.fit(sounds[others], guess[others])
+        fits = model.fit(sounds, guess)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
-        if fitted.sum() >= LEAST and np.median(left[fitted]) <= UNLIKE:
+        if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
             self.gradual = self._gradual(plain[few], instant[few])
-            self.latency = float(np.median(late))
-            self.spread = DEVIATION_BY_MEDIAN * float(np.median(np.abs(late - self.latency)))
+            self.latency = middle(late)
+            self.spread = DEVIATION_BY_MEDIAN * middle(np.abs(late - self.latency))
             return fits
         return None
 
@@ -235,7 +231,7 @@ class SharedModes:
 
     def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
         """Waves after a filter that whitens their noise, and the white noise of a sample."""
-        error = FIRST_ERROR * middle(np.sum(plain**2, axis=1))
+        error = FIRST_ERROR * middle(np.einsum("ij,ij->i", plain, plain))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, error)
         sounds = self._filtered(waves, self.white)
@@ -243,13 +239,23 @@ class SharedModes:
         noise = middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
         return sounds, noise
 
-    def _timed(self, waves: np.ndarray) -> np.ndarray:
-        """Shift and standard error of the attack of each wave; NaN if unknown."""
+    def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
+        """Shift and standard error of the attack of each wave of x, which begins at `first`.
+
+        NaN if unknown, as where a wave is incomplete: its first sample is then negative.
+        """
         if not self._applies:
-            return np.full((len(waves), 2), np.nan)
-        crossed, fits = self._crossed(self._filtered(waves, self.taps)), None
+            return np.full((len(first), 2), np.nan)
+        end = round(SEARCH[1] * self.rate) + NEAR_TAPS
+        crossed, fits = self._crossed(_parts(x, first, self.taps, end)), None
         if self.model is not None:
-            fits = self.model.fit(self._filtered(waves, self.white), crossed[:, 0].copy())
+            guess = crossed[:, 0]
+            begins, width = self.model.begins(guess), self.model.width
+            fit = (begins >= 0) & (begins + width <= self.length - len(self.white) + 1)
+            begins = np.where(fit, begins, 0)
+            sounds = _parts(x, np.where(fit, first + begins, -1), self.white, width)
+            fits = self.model.fit(sounds, np.where(fit, guess - begins, np.nan))
+            fits[:, 0] += begins
         return self._shifts(crossed, fits)
 
     def _shifts(self, crossed: np.ndarray, fits: np.ndarray | None) -> np.ndarray:
@@ -266,9 +272,12 @@ class SharedModes:
         return timed
 
     def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
-        sounds = np.empty((len(waves), self.length - len(taps) + 1))
-        high_passed(waves, taps, sounds)
-        return sounds
+        count = self.length - len(taps) + 1
+        return _parts(waves.ravel(), self._places(len(waves)), taps, count)
+
+    def _places(self, count: int) -> np.ndarray:
+        """Where so many waves in a row begin."""
+        return self.length * np.arange(count)
 
     def _crossed(self, plain: np.ndarray, shares: tuple = SHARES) -> np.ndarray:
         """Result of `crossings` for each wave after the high-pass filter."""
@@ -281,3 +290,10 @@ class SharedModes:
         count, found = round(BEGINNING * self.rate), np.empty(len(waves))
         abruptness(waves, self.before, self.lag, self.slope, count, found)
         return found
+
+
+def _parts(x: np.ndarray, first: np.ndarray, taps: np.ndarray, count: int) -> np.ndarray:
+    """So many filtered samples of x from each of the first on."""
+    sounds = np.empty((len(first), count))
+    high_passed(x, first, taps, sounds)
+    return sounds
