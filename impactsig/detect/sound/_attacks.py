@@ -24,12 +24,13 @@ from ._windows import Window
 from .deciding.decision import LATER, SOONER
 from .deciding.doubt import EVEN
 from .deciding.gradual import gradual_odds, most_odds_beside
+from .deciding.overload import overload_odds
 from .deciding.swells import crowds, most_odds, sharpness
 from .powers.hum import filtered
 from .timing.alike import Overlay
 from .timing.shared_modes import SharedModes
 
-BESIDE = 40e-3  # [s], beside a window in which attacks are timed
+BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
 CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
@@ -45,18 +46,28 @@ class Measured(NamedTuple):
     sharp: np.ndarray  # abruptness e relative to swelling noise, and R; NaN where not asked for
     rise: np.ndarray
     gradual: np.ndarray  # log-odds that rises are sudden
+    overload: np.ndarray  # greatest log-odds of what may be an edge of an overload
 
-    def probabilities(self, rate: float) -> np.ndarray:
-        """Probabilities of impacts, with what the attacks tell."""
+    def unless_swelling(self, rate: float) -> np.ndarray:
+        """Probabilities of impacts, with what the attacks tell of gradual rises."""
         likely = self.probability >= EVEN
         in_order = np.maximum.accumulate(self.attack[:, 0]) / rate
         most = most_odds(in_order, likely, self.sharp, self.rise)
         most = np.minimum(most, most_odds_beside(in_order, self.gradual, likely))
-        return np.minimum(self.probability, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+        return np.minimum(self.probability, chance(most))
+
+    def unless_overloaded(self, likely: np.ndarray) -> np.ndarray:
+        """Probabilities of impacts that are `likely` otherwise."""
+        return np.minimum(likely, chance(self.overload))
+
+
+def chance(odds: np.ndarray) -> np.ndarray:
+    """Probability of these log-odds."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
 
 
 _EMPTY = np.empty(0)
-NONE = Measured(np.empty((0, 5)), _EMPTY, _EMPTY, np.empty(0, np.bool_), _EMPTY, _EMPTY, _EMPTY)
+NONE = Measured(np.empty((0, 5)), _EMPTY, _EMPTY, np.empty(0, np.bool_), *[_EMPTY] * 4)
 
 
 class Attacks:
@@ -70,7 +81,7 @@ class Attacks:
     ) -> None:
         scale, rate = survey.scale, survey.rate
         self.chosen, self.limits, self.scale, self.rate = chosen, limits, scale, rate
-        self.taps = survey.taps
+        self.taps, self.spectrum = survey.taps, survey.spectrum
         # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
         loud = 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
         clear = survey.hum_crest + CLEAR_OF_HUM + loud
@@ -112,13 +123,16 @@ class Attacks:
             sharp[dense], rise[dense] = sharpness(x, attack[dense, 0], valid, rate, *lags)
         lags = scale.short_lag, scale.slope
         gradual = gradual_odds(x, attack[:, 0], passage.steady[here], valid, rate, lags)
+        edges = attack[:, 0], passage.may_be_edge[here], valid
+        overload = overload_odds(raw, *edges, self.limits, self.spectrum, scale, rate)
         probability = passage.probability[here]
         self.modes.add(x, valid, attack[:, 0])
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds[probability >= EVEN])
         attack[:, 0] += window.segment + window.first - margin
         spread = passage.spread[here]
-        self.found.append(Measured(attack, probability, spread, lone, sharp, rise, gradual))
+        tells = lone, sharp, rise, gradual, overload
+        self.found.append(Measured(attack, probability, spread, *tells))
 
     def measured(self) -> Measured:
         """The attacks of all windows."""

@@ -13,6 +13,7 @@ from .deciding.calibrated import calibrated
 from .deciding.decision import candidates
 from .deciding.doubt import EVEN, Doubt
 from .deciding.gradual import steady_odds
+from .deciding.overload import may_be_edges
 
 
 class Chosen(NamedTuple):
@@ -22,6 +23,7 @@ class Chosen(NamedTuple):
     coarse: np.ndarray
     spread: np.ndarray
     probability: np.ndarray
+    may_be_edge: np.ndarray  # bool: of an overload
     steady: np.ndarray  # log-odds but for the attack, where a rise may be gradual; else infinite
 
 
@@ -56,7 +58,9 @@ def choose(survey: Survey, least: float, doubt: Doubt) -> tuple[dict[int, Chosen
             frame, by_octaves = found.frame[kept], found.by_octaves[kept]
             steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
             coarse, spread = found.coarse[kept], found.spread[kept]
-            chosen[passage.segment] = Chosen(frame, coarse, spread, likely[kept], steady)
+            edges = may_be_edges(frame * (survey.scale.hop / rate), by_octaves)
+            evidence = likely[kept], edges, steady
+            chosen[passage.segment] = Chosen(frame, coarse, spread, *evidence)
     return chosen, greatest, LeftOut(pulses, crowded)
 
 

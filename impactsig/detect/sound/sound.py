@@ -28,7 +28,8 @@ ringing does not raise it and a rattle does only slightly. G detects low tones, 
 converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
 squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
 without them. Many rises in a short time are pulses of a voice (`_voices.py`), and gradual rises
-are swelling noise (`swells.py`, `gradual.py`).
+are swelling noise (`swells.py`, `gradual.py`). What returns where an overloaded sound leaves its
+limits is no impact either (`overload.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
@@ -210,10 +211,11 @@ def search(
     for window in windows(pieces() if chosen else [], window_size(survey.scale)):
         attacks.add(window)
     measured = attacks.measured()
-    likely = measured.probabilities(rate)
+    by_rise = measured.unless_swelling(rate)
+    likely = measured.unless_overloaded(by_rise)
     doubt.turn(measured.probability, likely)
     enough = likely >= least_probability
-    swells = (measured.probability >= least_probability) & ~enough
+    swells = (measured.probability >= least_probability) & (by_rise < least_probability)
     instant, error, alike = attacks.instants(measured, likely)
     clicks = are_clicks(measured.lone)
     _, peak, clipped, _, _ = measured.attack.T

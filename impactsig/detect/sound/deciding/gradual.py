@@ -15,7 +15,7 @@ evidence from octaves (`decision.py`): an impact raises the power at once, neith
 and most in a few bands, whereas sound that swells rises evenly in time and frequency. R is limited
 to -1 and 3, S to -1 and 4, S' to -1 and 2, W to -1 and 3. Beside digital silence x is not asked.
 Swelling noise swells again, but a single gradual onset may be that of an impact: with n others of
-negative x within a second, the log-odds of an impact are at most x + 2 - 0.9 min(n, 4).
+negative x within a second, the log-odds of an impact are at most x + 3 - 1.15 min(n, 4).
 
 Fitted by logistic regression to noise modulated 1 to 40 times a second, noise of random level, and
 `benchmarks.other_sounds`, `benchmarks.varied_sound` (seeds 92201 to 92204), drums and keys.
@@ -39,7 +39,7 @@ OF_H, OF_G, OF_OCTAVES, OFFSET = 0.55, 1.5, 0.95, -5.4
 LEAST, MOST_S, MOST_BEFORE, MOST_GROWTH = -1.0, 4.0, 2.0, 3.0  # that count [neper]
 LEAST_OCTAVES = 0.03
 BESIDE = 3  # GROUPs, of the rise in narrow bands
-NEAR, ALONE, EACH, MOST_OTHERS = 1.0, 2.0, -0.9, 4  # [s], log-odds alone, for each other, and most
+NEAR, ALONE, EACH, MOST_OTHERS = 1.0, 3.0, -1.15, 4  # [s], log-odds alone, for each other, and most
 
 
 def steady_odds(

@@ -1,0 +1,86 @@
+"""Sound that an overload had pushed aside, distinguished from impacts.
+
+While an overloaded microphone, amplifier or converter is near its limit it passes nothing else, so
+each time a loud low tone (a bass drum, a resonating panel) leaves the limit, whatever else sounds
+returns at once: narrow bands rise as they do at an impact, but only to what they had before. With
+P_b the greatest power of a narrow band from 2 to 26 ms after the attack, and Q_b the greatest of
+the band and its neighbours from 45 to 12 ms before it,
+
+    N = 1/m sum_b max(0, ln(P_b / Q_b))
+
+is what is new. If at least 5 % of the samples from 30 ms before the attack to 15 ms after it are
+beyond 0.8 of the record's limits, and the evidence from octaves is below 0.35 (`decision.py`), the
+log-odds of an impact are at most
+
+    4 ln((N + 0.02) / 0.07).
+
+Limits are soft as well as hard, so it does not matter whether samples are equal to them. Where
+likely rises come 20 a second and more, they are not asked: the last impact is as loud as the next.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._kernels import GROUP, Scale
+from ..powers.bands import Spectrum
+
+NEAR_LIMIT, LOADED = 0.8, 0.05  # of half the range, and share of samples beyond it
+LOADED_WITHIN = 30e-3, 15e-3  # [s], before and after the attack
+CROWD_WITHIN, CROWD = 0.25, 10  # [s], and others within it on either side that are not asked
+OCTAVES = 0.35  # evidence of impacts that do not depend on narrow bands
+BEFORE, SINCE, AFTER = (45e-3, 12e-3), 2e-3, 26e-3  # [s]
+SLOPE, NONE, EVEN = 4.0, 0.02, 0.07  # of the log-odds, N of nothing, and N + NONE of even odds
+
+
+def may_be_edges(instant: np.ndarray, by_octaves: np.ndarray) -> np.ndarray:
+    """Which rises at these instants [s], in order, are sparse and little shown by octaves."""
+    ends = instant - CROWD_WITHIN, instant + CROWD_WITHIN
+    first, last = np.searchsorted(instant, ends)
+    return np.asarray((by_octaves < OCTAVES) & (last - first <= CROWD))
+
+
+def overload_odds(
+    x: np.ndarray,
+    attack: np.ndarray,
+    asked: np.ndarray,
+    valid: tuple[int, int],
+    limits: tuple[float, float],
+    spectrum: Spectrum,
+    scale: Scale,
+    rate: float,
+) -> np.ndarray:
+    """The greatest log-odds that rises with these attacks, places in x, may have.
+
+    Parameters
+    ----------
+    asked : ndarray of bool
+        Which of them `may_be_edges`.
+    valid : first and last (exclusive) index of x that is a sample
+    limits : least and greatest sample of the record
+    """
+    out = np.full(len(attack), np.inf)
+    place = np.ceil(attack).astype(np.int64)
+    hop = GROUP * scale.hop
+    early, late = (round(t * rate) for t in LOADED_WITHIN)
+    edge = len(spectrum.bands.window) // 2
+    first = -(-round(BEFORE[0] * rate) // hop)
+    frames = first + round(AFTER * rate) // hop + 1
+    past = first - round(BEFORE[1] * rate) // hop + 1
+    fresh = first + -(-round(SINCE * rate) // hop)
+    middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * (limits[1] - limits[0])
+    asked = asked & (place - first * hop - edge >= valid[0])
+    asked &= place + (frames - first) * hop + edge < valid[1]
+    for k in np.flatnonzero(asked):
+        near = x[place[k] - early : place[k] + late]
+        if np.mean(np.abs(near - middle) > NEAR_LIMIT * half) < LOADED:
+            continue
+        power = spectrum.powers(x, int(place[k]) - first * hop, frames)
+        before = np.pad(power[:, :past].max(axis=1), 1)
+        before = np.maximum(np.maximum(before[:-2], before[2:]), before[1:-1])
+        after = power[:, fresh:].max(axis=1)
+        heard = before > 0.0
+        if heard.any():
+            new = np.mean(np.log(np.maximum(after[heard] / before[heard], 1.0)))
+            out[k] = SLOPE * np.log((new + NONE) / EVEN)
+    return out
