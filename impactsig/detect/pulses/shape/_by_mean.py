@@ -34,7 +34,7 @@ STEP = 0.3
 """Of the height, from one knot to the next: a jump."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
-FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
+FARTHER, TAIL, LONGER = 0.4, 0.9, 0.4
 """Of the way from where an edge is seen to where it is taken to begin, that it may be off, in full
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
@@ -56,7 +56,8 @@ class Whole(NamedTuple):
     """What the mean pulse tells of all pulses; times are in widths, from the first crossing.
 
     Variances are over the squares of these, of the peak or of the area; those of a jump at the start
-    or at the end, which lie between two samples, are in samples.
+    or at the end, which lie between two samples, are in samples. `both` is that of the length: where
+    both feet end below the noise, both begin alike farther out than is seen, or nearer.
     """
 
     start: float
@@ -64,6 +65,7 @@ class Whole(NamedTuple):
     top: float
     start_variance: float
     end_variance: float
+    both: float
     jump: float
     drop: float
     crest: float
@@ -103,8 +105,9 @@ def share_mean(rows, x, origin, timed, left, fewest):
         v = LOW + b * mean.apart
         if v < start or v > end:
             mean.heights[b] = 0.0
-    start_variance += _of_tail(begun - start, steep)
-    end_variance += _of_tail(end - done, gentle)
+    early, late = _of_tail(begun - start, steep), _of_tail(end - done, gentle)
+    start_variance += early**2
+    end_variance += late**2
     # A jump lies between two samples; of all pulses alike, and of each.
     width = math.exp(about)
     jump = _jump(steep, mean.apart, width)
@@ -135,6 +138,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
         top,
         start_variance,
         end_variance,
+        start_variance + end_variance + 2.0 * early * late,
         jump**2,
         drop**2,
         crest,
@@ -182,7 +186,7 @@ def _write(row, one, covariance, whole, timed):
     row[SHARED] = math.sqrt(shared)
     if timed:
         row[1], row[4] = long * width, (whole.top - whole.start) * width
-        both = covariance[2, 2] * more * long**2 + whole.start_variance + whole.end_variance
+        both = covariance[2, 2] * more * long**2 + whole.both
         row[ERRORS + 1] = math.sqrt(both * width**2 + whole.jump + whole.drop)
     of_height = more * covariance[0, 0] / height**2
     base = kept[LEVEL] / height
@@ -208,9 +212,9 @@ def _doubt(row, usual, timed):
 
 @kernel
 def _of_tail(way, edge):
-    """Variance of the end of an edge that is seen `way` before it and climbs within `edge`."""
+    """Error of the end of an edge that is seen `way` before it and climbs within `edge`."""
     tail = min(max((way / max(edge, 1e-9) - TAIL) / LONGER, 0.0), 1.0)
-    return (FARTHER * tail * way) ** 2
+    return FARTHER * tail * way
 
 
 @kernel
