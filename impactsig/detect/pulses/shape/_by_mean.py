@@ -96,7 +96,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
     end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
-    if not LOW < start < end < HIGH:
+    if not LOW < start < end:
         return False
     if max(steep, gentle) < max(STEEP * math.exp(-about), SHORT * (end - start)):
         return False

@@ -43,7 +43,7 @@ from ._common_rest import (
     make_room,
 )
 from ._mean_pulse import is_seen
-from ._misfit import allow_for_unseen, correct_misfit, what_is_left
+from ._misfit import allow_for_unseen, correct_misfit, doubt_unlike, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
     AGREES,
@@ -147,11 +147,14 @@ def share_shape(rows, x, origin, timed, told):
     if far and share_mean(rows, x, origin, timed, far, LEAST):
         if missed:
             _learn(learnt, told)
-    elif missed:  # few records need it, and it takes long to compile
+        return
+    if missed:  # few records need it, and it takes long to compile
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
         if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
             rows[:] = before
+            return
+    doubt_unlike(rows, alike, timed)
 
 
 @allocating
