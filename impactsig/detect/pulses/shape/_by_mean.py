@@ -55,9 +55,9 @@ AS_HIGH = 4.0
 class Whole(NamedTuple):
     """What the mean pulse tells of all pulses; times are in widths, from the first crossing.
 
-    Variances are over the squares of these, of the peak or of the area; those of a jump at the start
-    or at the end, which lie between two samples, are in samples. `both` is that of the length: where
-    both feet end below the noise, both begin alike farther out than is seen, or nearer.
+    Variances are over the squares of these, of the peak or of the area; those of a jump at the
+    start or of a drop at the end, which lie between two samples, are in samples. `both` is that of
+    the length: feet that end below the noise both begin farther out than is seen, or both nearer.
     """
 
     start: float
@@ -257,7 +257,7 @@ def _jump(edge, apart, width):
 
 @kernel
 def _crest_beside(mean, about, start, end, jumps, drops):
-    """As `_crest`, of a mean pulse that jumps from `start` or drops to `end`: knots overshoot there.
+    """As `_crest`, of a mean pulse that jumps at `start` or drops at `end`; knots overshoot there.
 
     The logarithm of the height of a jump is that of a line through the knots behind these.
     """
