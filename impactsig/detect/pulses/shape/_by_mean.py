@@ -34,7 +34,7 @@ STEP = 0.3
 """Of the height, from one knot to the next: a jump."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
-FARTHER, TAIL, LONGER = 0.4, 0.9, 0.4
+FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 """Of the way from where an edge is seen to where it is taken to begin, that it may be off, in full
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29

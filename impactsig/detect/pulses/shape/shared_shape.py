@@ -92,9 +92,9 @@ FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
 instants still move by so many errors in the last round: then only the pulses themselves tell how
 they lie to each other."""
-SOFTEST = 0.85
-"""Logarithm of the power of an edge above which the family, where it misses pulses, does not tell
-where they begin: they are longer the greater it is, and hardly differ."""
+SOFTEST, LEAST_FAR = 0.85, 0.006
+"""Logarithm of the power of an edge above which the family, where it misses so much of the heights,
+does not tell where pulses begin: they are longer the greater it is, and hardly differ."""
 STEPS = 0.05**2
 """Mean square, over that of the heights, that a mean pulse may leave where the family does not
 settle or follow: a step, which lies between two samples, is no reason against it there."""
@@ -282,7 +282,7 @@ def _share_missed(
 def _is_far(rows, alike, left, mean):
     """Mean square that a mean pulse may leave, if clear pulses are far from the family; else 0."""
     softest = mean[POWER - SKEW] + abs(mean[POWERS - SKEW])
-    if left > FAR * FAR or (left > 0.0 and softest > SOFTEST):
+    if left > FAR * FAR or (left > LEAST_FAR * LEAST_FAR and softest > SOFTEST):
         return left
     clear = followed = 0
     for k in range(len(rows)):
