@@ -24,7 +24,6 @@ import sys
 import time
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,8 @@ from numba import njit
 
 import impactsig as im
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import result_file
+
 PERIODS, STEPS = 20, 400
 FEW = 256  # machines, of ways that take long
 DAMPING, AMPLITUDE, RESTITUTION, NATURAL = 0.03, 0.25, 0.2, 22.2
@@ -262,8 +262,7 @@ def draw(taken: dict[str, dict[int, float]]) -> None:
     ax.set_xlabel("machines")
     ax.set_ylabel(f"processor time a machine, {PERIODS} periods (us)")
     figure.legend(loc="outside lower center", ncols=2)
-    RESULTS.mkdir(exist_ok=True)
-    figure.savefig(RESULTS / "batches.png", dpi=110)
+    figure.savefig(result_file("batches.png"), dpi=110)
 
 
 def main() -> None:

@@ -16,13 +16,10 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
-import json
 import math
-import platform
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -42,7 +39,8 @@ from impactsig import (
 )
 from tests import naive_control
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save, versions
+
 BEAM = scenes.karpodinis(20.3355)
 OMEGA = BEAM.angular_forcing_frequency
 PERIODS, START, LONG = 8, 2, 1000
@@ -266,10 +264,7 @@ def main() -> None:
     text += f"Rössler, ten delays\n\n{table(tables['rossler'], 'a delay')}\n"
     text += "".join(f"{r['what']}: {r['value']:.3g}\n" for r in tables["others"])
     print(text)
-    RESULTS.mkdir(exist_ok=True)
-    about = {"python": platform.python_version(), "numpy": np.__version__}
-    (RESULTS / "control.json").write_text(json.dumps({"about": about, **tables}, indent=1))
-    (RESULTS / "control.md").write_text(text)
+    save("control", {"about": versions("numpy"), **tables}, text)
 
 
 if __name__ == "__main__":

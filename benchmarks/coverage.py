@@ -419,32 +419,24 @@ def unseen() -> Iterator[Case]:
 # -- noise and tori, which have none or are recognised ---------------------------------------------
 
 
-def coloured(count: int, exponent: float, seed: int):
-    """Gaussian noise of the spectrum 1 / f^exponent."""
-    rng = np.random.default_rng(seed)
-    frequency = np.fft.rfftfreq(count)
-    frequency[0] = frequency[1]
-    spectrum = rng.standard_normal((2, len(frequency))) * frequency ** (-exponent / 2)
-    return np.fft.irfft(spectrum[0] + 1j * spectrum[1], count), {}
-
-
-def autoregressive(count: int, weight: float, seed: int):
-    """AR(1)."""
-    from scipy.signal import lfilter
-
-    shocks = np.random.default_rng(seed).standard_normal(count + 200)
-    return lfilter([1.0], [1.0, -weight], shocks)[200:], {}
+def drawn(make: Callable[..., Any], how: Any, seed: int):
+    """500 values of a kind of noise."""
+    return make(500, how, np.random.default_rng(seed)), {}
 
 
 def recognised() -> Iterator[Case]:
     """Truth nan: there is no dimension to be found."""
     for exponent in (0.0, 0.5, 1.0, 1.5, 2.0):
         yield Case(
-            f"noise 1/f^{exponent}, n 500", functools.partial(coloured, 500, exponent), np.nan
+            f"noise 1/f^{exponent}, n 500",
+            functools.partial(drawn, series.coloured, exponent),
+            np.nan,
         )
     for weight in (0.5, 0.9):
         yield Case(
-            f"noise AR {weight}, n 500", functools.partial(autoregressive, 500, weight), np.nan
+            f"noise AR {weight}, n 500",
+            functools.partial(drawn, series.autoregressive, [weight]),
+            np.nan,
         )
     for tones in (1, 2):
         yield Case(

@@ -9,11 +9,8 @@ results/detection.json, detection.md and detection.png.
 
 from __future__ import annotations
 
-import json
-import platform
 import warnings
 from collections.abc import Callable
-from importlib.metadata import version
 from itertools import product
 from pathlib import Path
 
@@ -33,8 +30,7 @@ from .detectors import (
     tuned,
 )
 from .recordings import PULSES, load_cell, microphone, score
-
-RESULTS = Path(__file__).parent / "results"
+from .saving import result_file, save, versions
 
 
 def row(name: str, find: Callable, truth, tolerances) -> dict:
@@ -218,17 +214,10 @@ def main() -> None:
         "timing of sound": timing_table(),
         "skipping": skip_table(),
     }
-    RESULTS.mkdir(exist_ok=True)
-    peers = ("numpy", "scipy", "numba", "obspy", "librosa", "aubio")
-    about = {
-        "python": platform.python_version(),
-        "impactsig": impactsig.__version__,
-        **{name: version(name) for name in peers},
-    }
-    (RESULTS / "detection.json").write_text(json.dumps({"about": about, **tables}, indent=1))
+    about = versions("numpy", "scipy", "numba", "obspy", "librosa", "aubio")
     text = "".join(f"## {name}\n\n{markdown(lines)}\n" for name, lines in tables.items())
-    (RESULTS / "detection.md").write_text(text)
-    figure(tables, RESULTS / "detection.png")
+    save("detection", {"about": about, **tables}, text)
+    figure(tables, result_file("detection.png"))
     print(text)
 
 

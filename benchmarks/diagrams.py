@@ -18,15 +18,11 @@ Writes results/diagrams.json and diagrams.md. `--small` leaves out the full size
 
 from __future__ import annotations
 
-import json
 import math
-import platform
 import resource
 import sys
 import time
 from collections.abc import Callable
-from importlib.metadata import version
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,8 +39,8 @@ from impactsig import (
 )
 
 from .detection import markdown
+from .saving import save, versions
 
-RESULTS = Path(__file__).parent / "results"
 PERIODS = 200
 SHAW_HOLMES = 0.5810258993557
 REPEATS = 5
@@ -344,10 +340,7 @@ def main() -> None:
         text += f"A chart of 1e8 cells would take {hours:.0f} hours of CPU, "
         text += f"{hours / 2:.0f} on two cores.\n"
     print(text)
-    RESULTS.mkdir(exist_ok=True)
-    machine = {"python": platform.python_version(), "numpy": version("numpy")}
-    (RESULTS / "diagrams.json").write_text(json.dumps({**machine, **tables}, indent=1))
-    (RESULTS / "diagrams.md").write_text(text)
+    save("diagrams", {"about": versions("numpy"), **tables}, text)
 
 
 if __name__ == "__main__":

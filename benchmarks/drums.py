@@ -29,7 +29,8 @@ from impactsig.detect.sound.deciding import decision
 
 from .detection import markdown
 from .detectors import by_impactsig
-from .sound_passage import RESULTS, methods
+from .saving import result_file
+from .sound_passage import methods
 
 APART, WINDOW = 0.03, 0.025
 LATE = np.arange(-10, 45, 5) * 1e-3
@@ -153,8 +154,7 @@ def main() -> None:
             print(
                 *(f"{v:.3f}" if isinstance(v, float) else v for v in lines[-1].values()), flush=True
             )
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "drums.md").write_text(markdown(lines))
+    result_file("drums.md").write_text(markdown(lines))
 
 
 if __name__ == "__main__":

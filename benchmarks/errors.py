@@ -22,9 +22,7 @@ seconds there are, the more z-scores lie outside by chance.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from scipy import integrate, signal
@@ -33,9 +31,10 @@ import impactsig
 
 from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
+from .saving import save
+from .seeds import add_seeds
 from .strangers import STRANGERS
 
-RESULTS = Path(__file__).parent / "results"
 RATES = (20_000.0, 50_000.0, 200_000.0)
 LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
 OTHERS = {
@@ -174,7 +173,7 @@ def _within(spread):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="11:23", help="first:last + 1")
+    add_seeds(parser, "11:23")
     parser.add_argument("--shapes", choices=GROUPS, default="recordings")
     parser.add_argument("--contact", type=float, default=1.0, help="contact time [ms]")
     parser.add_argument("--cutoff", type=float, default=0.0, help="of the noise, of Nyquist's")
@@ -184,7 +183,6 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300, help="impacts a record")
     parser.add_argument("--write", action="store_true", help="write results/errors.json")
     given = parser.parse_args()
-    seeds = range(*map(int, given.seeds.split(":")))
     options = {"contact": 1e-3 * given.contact, "cutoff": given.cutoff, "step": given.step}
     options["scatter"] = given.scatter
     levels = LEVELS if given.level is None else (given.level,)
@@ -196,7 +194,7 @@ def main() -> None:
         for rate in RATES:
             rows = [
                 row
-                for seed in seeds
+                for seed in given.seeds
                 for row in errors(pulse, rate, seed, count=given.count, **options)
             ]
             every += rows
@@ -233,8 +231,7 @@ def main() -> None:
         print(f"; {name}: {np.median(few):.2f}", end="")
     print()
     if given.write:
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "errors.json").write_text(json.dumps(lines, indent=1))
+        save("errors", lines)
 
 
 if __name__ == "__main__":

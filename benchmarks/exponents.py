@@ -14,22 +14,18 @@ Writes results/exponents.json and exponents.md.
 
 from __future__ import annotations
 
-import json
-import platform
 import time
 import warnings
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
-import impactsig
 from impactsig import lyapunov_exponent
 from impactsig.reconstruct import classic
 from tests import naive_reconstruct_embed as series
 from tests.series import henon, lorenz_intervals, noisy, roessler_intervals
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save, versions
+
 SIZES = (1000, 2000, 5000, 20_000)
 SEEDS = 8
 PEER_SEEDS = 3
@@ -210,23 +206,16 @@ def table(rows: list[dict]) -> str:
 
 def main() -> None:
     tools = dict(TOOLS)
-    versions = {"impactsig": impactsig.__version__, "nolds": version("nolds")}
-    try:
-        versions["neurokit2"] = version("neurokit2")
-    except ImportError:
+    about = versions("nolds", "neurokit2")
+    if about["neurokit2"] == "absent":
         del tools["neurokit2"]
     rows = [row(tool, case, n) for case in CASES for n in SIZES for tool in tools]
     rows = [one for one in rows if one is not None]
-    RESULTS.mkdir(exist_ok=True)
     known = known_noise()
     covered = [coverage(case, method) for case in CASES for method in ("rosenstein", "kantz")]
-    about = {
-        "python": platform.python_version(), "versions": versions, "rows": rows,
-        "coverage": covered, "known noise": known,
-    }  # fmt: skip
-    (RESULTS / "exponents.json").write_text(json.dumps(about, indent=1) + "\n")
     text = f"{table(rows)}\n\n{coverage_table(covered)}\n\n{known_noise_table(known)}\n"
-    (RESULTS / "exponents.md").write_text(text)
+    data = {"about": about, "rows": rows, "coverage": covered, "known noise": known}
+    save("exponents", data, text)
     print(text)
 
 

@@ -12,18 +12,17 @@ and fitting.md.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from scipy.stats import binomtest
 
 from impactsig import Impacts, InvalidInput, fit_oscillator, measure, scenes, simulate
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save
+
 COUNT = 2000
 STRENGTHS = (0.02, 0.05, None)
 NAMES = ("restitution", "damping", "amplitude")
@@ -134,10 +133,8 @@ def main(draws: int = 60, first: int = 1) -> None:
             f"{name} {row['found'][name]:.4f} ({row['truth'][name]:.4f})" for name in NAMES
         )
         print(f"{seed}: strengths {row['strengths']}: {told}; {row['seconds']:.1f} s", flush=True)
-        RESULTS.mkdir(exist_ok=True)
         lines = [*summary(rows), "", f"Median processor time of a fit: {_seconds(rows)}."]
-        (RESULTS / "fitting.json").write_text(json.dumps(rows, indent=1))
-        (RESULTS / "fitting.md").write_text("\n".join(lines) + "\n")
+        save("fitting", rows, "\n".join(lines))
     print("\n".join(lines))
 
 

@@ -13,15 +13,15 @@ hold, and the median of what is stated [%]. Writes results/hammer.json.
 from __future__ import annotations
 
 import argparse
-import json
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
 from impactsig import Recording, detect_impacts, fit_calibration, match_impacts
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save
+from .seeds import add_seeds
+
 MASS, GAIN, STEP = 0.32, 2e-4, 5e-5  # [kg], [V/N], [V]
 NOISES = 8.0, 1e-4  # of acceleration [m/s^2] and of the cell [V]
 BLOWS = 21
@@ -74,14 +74,13 @@ def z_score(what: str, recordings: list[Recording]) -> tuple[float, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="1:11", help="first:last + 1")
+    add_seeds(parser, "1:11")
     parser.add_argument("--gaps", nargs="+", type=float, default=[0.09, 0.3, 0.7])
     parser.add_argument("--noises", nargs="+", type=float, default=[0.5, 1.0, 3.0])
     asked = parser.parse_args()
-    seeds = range(*map(int, asked.seeds.split(":")))
     lines = []
     for what, gap, noise in product(("peak", "impulse"), asked.gaps, asked.noises):
-        cases = product(RATES, POWERS.values(), seeds)
+        cases = product(RATES, POWERS.values(), asked.seeds)
         z, error = np.transpose(
             [z_score(what, sensors(gap, rate, power, noise, seed)) for rate, power, seed in cases]
         )
@@ -97,8 +96,7 @@ def main() -> None:
         lines.append(line)
         cells = (f"{one:.3g}" if isinstance(one, float) else str(one) for one in line.values())
         print("  ".join(f"{cell:>7}" for cell in cells), flush=True)
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "hammer.json").write_text(json.dumps(lines, indent=1))
+    save("hammer", lines)
 
 
 if __name__ == "__main__":

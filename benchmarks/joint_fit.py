@@ -20,11 +20,9 @@ With a unit, "interval" or "period", all machines have a jitter of that kind.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from scipy.special import ndtr
@@ -36,7 +34,8 @@ from impactsig.fitting.orbits._path_kernels import Chain
 from impactsig.fitting.orbits.followed import Followed, Seen, _hard
 from impactsig.fitting.together._steps import Layout, covariance_of, gathered, stepped
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save
+
 RUNS, COUNT, JITTER = 8, 500, 0.005
 TURN = 2 * np.pi
 UNITS = ("interval", "period")  # what the jitter is a share of
@@ -223,9 +222,7 @@ def main(machines: str = "40", first: str = "1000", unit: str = "") -> None:
             f"from the truth {row['beside']:.4f}, noise {row['noise']:+.2f}; "
             f"p {row['p_value']:.2g}, {row['seconds']:.1f} s"
         )
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "joint_fit.json").write_text(json.dumps(rows, indent=1))
-        (RESULTS / "joint_fit.md").write_text("\n".join(summary(rows)) + "\n")
+        save("joint_fit", rows, "\n".join(summary(rows)))
         sys.stdout.flush()
     print("\n".join(summary(rows)))
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from impactsig import Oscillator, periodicity_chart, scenes
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import result_file
+
 APART = 40
 
 
@@ -49,8 +49,7 @@ def main() -> None:
     ax = figure.subplots()
     chart.plot(ax)
     ax.set_title(f"{n} × {n} cells, 200 periods: {spent:.0f} s on one core")
-    RESULTS.mkdir(exist_ok=True)
-    figure.savefig(RESULTS / "large_chart.png", dpi=110)
+    figure.savefig(result_file("large_chart.png"), dpi=110)
 
 
 if __name__ == "__main__":

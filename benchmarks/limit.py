@@ -25,7 +25,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,8 @@ import impactsig as im
 from impactsig.simulation.exact.exact import ExactEngine
 from impactsig.simulation.exact.flow import Leg, locate
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save
+
 COUNTED, LONG, EVALUATIONS = 200, 20_000, 200_000
 SCENES: dict[str, Callable[[], im.Oscillator]] = {
     "beam, 22.1 Hz (one impact a period)": lambda: im.scenes.karpodinis(22.1),
@@ -250,8 +250,7 @@ def main() -> None:
         numbers = far, near, spent, limit, spent / limit, lanes, spent / lanes
         rows[name] = dict(zip(head, numbers, strict=True))
         print(f"{name:36}" + "".join(f"{one:14.3g}" for one in numbers))
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "limit.json").write_text(json.dumps({"ns": cost, "an impact": rows}, indent=1))
+    save("limit", {"ns": cost, "an impact": rows})
 
 
 if __name__ == "__main__":

@@ -12,20 +12,19 @@ of any length too. Writes results/loading.json and loading.md.
 from __future__ import annotations
 
 import json
-import platform
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save, versions
+
 RATE = 50_000
 COUNT = {"CSV": 3_000_000, "LVM": 3_000_000}
 BINARY = 20_000_000  # so many that opening the file is no part of it
@@ -363,16 +362,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         tables = {"whole files": whole_table(Path(folder)), "long files": long_table(Path(folder))}
     libraries = ("numpy", "pandas", "scipy", "soundfile", "npTDMS", "h5py", "pyarrow")
-    about = {"python": platform.python_version()}
-    for name in libraries:
-        try:
-            about[name] = version(name)
-        except PackageNotFoundError:
-            about[name] = "absent"
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "loading.json").write_text(json.dumps({"about": about, **tables}, indent=1))
     text = "".join(f"## {name}\n\n{markdown(lines)}\n" for name, lines in tables.items())
-    (RESULTS / "loading.md").write_text(text)
+    save("loading", {"about": versions(*libraries), **tables}, text)
     print(text)
 
 

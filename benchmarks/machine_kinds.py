@@ -12,7 +12,6 @@ results/machine_kinds.json and machine_kinds.md.
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
@@ -20,7 +19,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.joint_fit import ATTEMPTS, COUNT, DISTINCT, JITTER, RESULTS, RUNS, rate
+from benchmarks.joint_fit import ATTEMPTS, COUNT, DISTINCT, JITTER, RUNS, rate
+from benchmarks.saving import save
 from impactsig import (
     Impacts,
     KelvinVoigt,
@@ -168,9 +168,7 @@ def main(machines: int = 40, first: int = 1000) -> None:
             f"{seed}: {row['kind']} told {row['told']}{'' if row['decided'] else ' (undecided)'}; "
             f"{odds}; {found} ({true}); p {row['p_value']:.2g}, {row['seconds']:.0f} s"
         )
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "machine_kinds.json").write_text(json.dumps(rows, indent=1))
-        (RESULTS / "machine_kinds.md").write_text("\n".join(summary(rows)) + "\n")
+        save("machine_kinds", rows, "\n".join(summary(rows)))
         sys.stdout.flush()
     print("\n".join(summary(rows)))
 

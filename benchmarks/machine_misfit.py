@@ -12,7 +12,6 @@ is refused counts as marked. Writes results/machine_misfit.json and machine_misf
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
@@ -22,8 +21,9 @@ import numpy as np
 from scipy.stats import binomtest, kstest
 
 from benchmarks import machine_kinds
-from benchmarks.joint_fit import ATTEMPTS, RESULTS, rate
+from benchmarks.joint_fit import ATTEMPTS, rate
 from benchmarks.machine_kinds import drawn, forced
+from benchmarks.saving import save
 from impactsig import Friction, Impacts, InvalidInput, fit_oscillator, measure, scenes
 
 RUNS, COUNT = 4, 400
@@ -155,7 +155,6 @@ def summary(rows: list[dict]) -> list[str]:
 def main(turns: int = 10, first: int = 1) -> None:
     """Fit a machine of each case in every turn, and write the table after every fit."""
     rows: list[dict] = []
-    RESULTS.mkdir(exist_ok=True)
     seed = first - 1
     for _ in range(turns):
         for case in CASES:
@@ -168,8 +167,7 @@ def main(turns: int = 10, first: int = 1) -> None:
                 "refused" if "refused" in row else f"p {row['p_value']:.3g}, {row['seconds']:.1f} s"
             )
             print(f"{seed}: {case[0]} as {case[1]}: {told}", flush=True)
-            (RESULTS / "machine_misfit.json").write_text(json.dumps(rows, indent=1))
-            (RESULTS / "machine_misfit.md").write_text("\n".join(summary(rows)) + "\n")
+            save("machine_misfit", rows, "\n".join(summary(rows)))
     print("\n".join(summary(rows)))
 
 

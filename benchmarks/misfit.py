@@ -22,7 +22,6 @@ import math
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,7 +39,8 @@ from impactsig import (
 )
 from impactsig.oscillators import KelvinVoigt
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import result_file
+
 COUNT = 600
 NATURAL = 20.0
 KINDS = ("rigid", "soft", "two-sided")
@@ -138,8 +138,7 @@ def _off(found: Any, truth: dict[str, float], name: str) -> bool:
 
 def main(last: int = 100, first: int = 1, file: str = "misfit.jsonl") -> None:
     """Fit what is not yet in the file, and print how often each outcome is."""
-    RESULTS.mkdir(exist_ok=True)
-    path = RESULTS / file
+    path = result_file(file)
     rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     done = {row["seed"] for row in rows}
     for seed in range(first, last + 1):

@@ -22,8 +22,10 @@ import mir_eval
 import numpy as np
 from scipy import signal
 
+from .recordings import coloured
+from .seeds import add_seeds
 from .sound_passage import methods
-from .varied_disturbances import added, coloured
+from .varied_disturbances import added
 
 RATES = (16_000, 22_050, 44_100)
 
@@ -106,7 +108,7 @@ def drums(rng) -> Sound:
         if rng.random() < 0.15:
             stroke(at + 0.75 * beat, 0.5 * burst(rng, rate, 800, 9000, 0.04), 0.25 * loud(rng, 8))
     x = in_room(rng, x, rate, rng.uniform(0.2, 0.6), 0.3)
-    return Sound(x + 1e-3 * coloured(rng, len(x), rate, 1.0), rate, np.sort(every))
+    return Sound(x + 1e-3 * coloured(rng, len(x), rate), rate, np.sort(every))
 
 
 def workshop(rng) -> Sound:
@@ -126,7 +128,7 @@ def workshop(rng) -> Sound:
         at += rng.uniform(0.3, 0.8)
     x = in_room(rng, x, rate, rng.uniform(0.6, 1.8), rng.uniform(0.3, 1.0))
     t, turn = np.arange(len(x)) / rate, rng.uniform(10, 25)
-    pump = np.exp(2.0 * np.sin(2 * np.pi * turn * t)) * coloured(rng, len(x), rate, 1.0)
+    pump = np.exp(2.0 * np.sin(2 * np.pi * turn * t)) * coloured(rng, len(x), rate)
     hum = sum(np.sin(2 * np.pi * 50 * m * t + m) / m for m in (1, 2, 4, 6))
     level = 10 ** (-rng.uniform(20, 34) / 20)
     return Sound(x + level * (0.3 * pump + hum), rate, np.array(every))
@@ -143,7 +145,7 @@ def gears(rng) -> Sound:
         height = (1 + depth * np.sin(2 * np.pi * turn * at)) * np.exp(0.2 * rng.standard_normal())
         put(x, rate, at, ring(rng, rate, tones, decays, rng.uniform(0.2, 1, 4)), height)
     level = 10 ** (-rng.uniform(18, 35) / 20)
-    return Sound(x + level * coloured(rng, len(x), rate, 1.0), rate, time)
+    return Sound(x + level * coloured(rng, len(x), rate), rate, time)
 
 
 def ball(rng) -> Sound:
@@ -162,7 +164,7 @@ def ball(rng) -> Sound:
         at += rng.uniform(0.3, 1.0)
     x = in_room(rng, x, rate, rng.uniform(0.2, 0.6), rng.uniform(0.1, 0.5))
     level = 10 ** (-rng.uniform(40, 55) / 20)
-    return Sound(x + level * coloured(rng, len(x), rate, 1.0), rate, np.array(every))
+    return Sound(x + level * coloured(rng, len(x), rate), rate, np.array(every))
 
 
 def typewriter(rng) -> Sound:
@@ -183,7 +185,7 @@ def typewriter(rng) -> Sound:
         at += max(rng.gamma(4, 0.25 / pace), 0.06)
     x += added(rng, x, rate, rng.uniform(0.5, 2.0), "speech")
     x = in_room(rng, x, rate, 0.3, 0.3)
-    return Sound(x + 3e-3 * coloured(rng, len(x), rate, 1.0), rate, np.sort(every))
+    return Sound(x + 3e-3 * coloured(rng, len(x), rate), rate, np.sort(every))
 
 
 def footsteps(rng) -> Sound:
@@ -204,7 +206,7 @@ def footsteps(rng) -> Sound:
         at += pace * (1 + 0.04 * rng.standard_normal())
     wind = coloured(rng, len(x), rate, 2.0) * np.exp(0.4 * np.sin(np.arange(len(x)) / rate))
     level = 10 ** (-rng.uniform(22, 34) / 20)
-    return Sound(x + level * (wind + 0.2 * coloured(rng, len(x), rate, 1.0)), rate, np.array(every))
+    return Sound(x + level * (wind + 0.2 * coloured(rng, len(x), rate)), rate, np.array(every))
 
 
 def gusts(rng) -> Sound:
@@ -242,7 +244,7 @@ def bells(rng) -> Sound:
         every.append(at)
         at += 0.08 + rng.gamma(2, 0.5 * (1 / pace - 0.08))
     level = 10 ** (-rng.uniform(35, 50) / 20)
-    return Sound(x + level * coloured(rng, len(x), rate, 1.0), rate, np.array(every))
+    return Sound(x + level * coloured(rng, len(x), rate), rate, np.array(every))
 
 
 KINDS: dict[Callable, tuple[float, float]] = {
@@ -274,12 +276,11 @@ def f1(found: np.ndarray, truth: np.ndarray, window: float, apart: float) -> flo
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="1:9", help="first:last")
+    add_seeds(parser, "1:9")
     names = [make.__name__ for make in KINDS]
     parser.add_argument("--only", nargs="+", default=names, choices=names)
     parser.add_argument("--ours", action="store_true", help="impactsig only")
     given = parser.parse_args()
-    first, last = map(int, given.seeds.split(":"))
     warnings.simplefilter("ignore")
     every = {name: make() for name, (make, _) in methods().items()}
     if given.ours:
@@ -289,7 +290,7 @@ def main() -> None:
         if make.__name__ not in given.only:
             continue
         scores: dict[str, list[float]] = {name: [] for name in every}
-        for seed in range(first, last):
+        for seed in given.seeds:
             made = make(np.random.default_rng([seed, names.index(make.__name__)]))
             for name, find in every.items():
                 found = np.asarray(find(made.samples, made.rate)[0])

@@ -22,8 +22,6 @@ and is no less of an impact for that.
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
 
 import numpy as np
 
@@ -32,9 +30,10 @@ from impactsig import plot
 from impactsig.plot.records._calibration_bins import CalibrationBins, calibration_bins
 
 from .recordings import load_cell, microphone
+from .saving import result_file, save
+from .seeds import add_seeds
 from .sound_disturbances import in_room
 
-RESULTS = Path(__file__).parent / "results"
 LEVELS = (6, 10, 20)
 LEAST = 0.05
 CONSTANT = 0.5
@@ -109,7 +108,7 @@ def row(sensor: str, level: float, probability: np.ndarray, outcome: np.ndarray)
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="201:205", help="first:last + 1")
+    add_seeds(parser, "201:205")
     parser.add_argument(
         "--events", type=int, default=0, help="of each bin, from which on no seed is added"
     )
@@ -121,7 +120,6 @@ def main() -> None:
     parser.add_argument("--room", type=float, default=0.0, help="reverberation time of sound [s]")
     asked = parser.parse_args()
     options = {"rate": asked.rate, "density": asked.density, "room": asked.room}
-    seeds = range(*map(int, asked.seeds.split(":")))
     from matplotlib.figure import Figure
 
     wide = 3.6 * len(asked.levels), 3.9 * len(asked.sensors)
@@ -136,7 +134,7 @@ def main() -> None:
         for level, ax in zip(asked.levels, axes, strict=True):
             ax.set_title(f"{sensor}, {level:g} dB", loc="left", fontsize="medium")
             parts = []
-            for seed in seeds:
+            for seed in asked.seeds:
                 parts.append(outcomes(sensor, level, seed, asked.duration, **options))
                 if asked.events and enough(parts, asked.events):
                     break
@@ -157,9 +155,8 @@ def main() -> None:
                 f"{'' if held else '  (missed)'}",
                 flush=True,
             )
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "probability.json").write_text(json.dumps(lines, indent=1))
-    figure.savefig(RESULTS / "probability.png", dpi=130)
+    save("probability", lines)
+    figure.savefig(result_file("probability.png"), dpi=130)
 
 
 if __name__ == "__main__":

@@ -8,15 +8,12 @@ are ratios. Writes results/reconstruction.json and reconstruction.md.
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import platform
 import resource
 import time
 from collections.abc import Callable
-from importlib.metadata import version
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +21,7 @@ import numpy as np
 from impactsig import correlation_dimension, correlation_sum, recurrence_quantification
 from tests import naive_reconstruct
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import save, versions
 
 
 def henon(n: int) -> np.ndarray:
@@ -345,13 +342,11 @@ def main() -> None:
     }
     results = {
         "machine": platform.processor() or platform.machine(),
-        "versions": {name: version(name) for name in ("numpy", "scipy", "numba", "nolds")},
+        "about": versions("numpy", "scipy", "numba", "nolds"),
         **sections,
     }
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "reconstruction.json").write_text(json.dumps(results, indent=1))
     text = "\n\n".join(table(rows) for rows in sections.values())
-    (RESULTS / "reconstruction.md").write_text(text + "\n")
+    save("reconstruction", results, text)
     print(text)
 
 

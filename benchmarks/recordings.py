@@ -93,11 +93,7 @@ def microphone(
     order = np.argsort(time)
     time, amplitude = time[order], amplitude[order]
     count = round(duration * rate)
-    spectrum = np.fft.rfft(rng.standard_normal(count))
-    frequency = np.fft.rfftfreq(count, 1 / rate)
-    spectrum /= np.sqrt(np.maximum(frequency, 20.0))
-    pink = np.fft.irfft(spectrum, count)
-    samples = pink / pink.std() * 10 ** (noise_db / 20)
+    samples = coloured(rng, count, rate) * 10 ** (noise_db / 20)
     for start, peak in zip(time, amplitude, strict=True):
         tone, phase, decay = (
             rng.uniform(*tones),
@@ -108,6 +104,14 @@ def microphone(
         since = index / rate - start
         samples[index] += peak * np.exp(-since / decay) * np.sin(2 * np.pi * tone * since + phase)
     return Truth(samples, rate, time, np.full(len(time), np.nan), amplitude)
+
+
+def coloured(rng, count, rate, exponent=1.0):
+    """Noise of power 1/f**exponent above 20 Hz and RMS 1."""
+    spectrum = np.fft.rfft(rng.standard_normal(count))
+    spectrum /= np.maximum(np.fft.rfftfreq(count, 1 / rate), 20.0) ** (0.5 * exponent)
+    noise = np.fft.irfft(spectrum, count)
+    return noise / noise.std()
 
 
 def score(found, truth, tolerance=1e-3, delays=(0.0,)):

@@ -12,16 +12,13 @@ where these are kept. Writes results/reports.json and reports.md.
 
 from __future__ import annotations
 
-import json
 import os
-import platform
 import statistics
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,8 +29,8 @@ from impactsig import LoadCell, scenes, simulate, synthesize
 from impactsig.report import analyse, detect_many, write_page, write_reports
 
 from .detection import markdown
+from .saving import save, versions
 
-RESULTS = Path(__file__).parent / "results"
 RATE = 50_000
 HERTZ = 22.1
 PAGE, DRAWN = 3e6, 1.0
@@ -166,12 +163,9 @@ def same(files: list[Path]) -> bool:
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         tables = {"one page": page_table(Path(folder)), "many files": batch_table(Path(folder))}
-    about = {"python": platform.python_version(), "cores": os.cpu_count()}
-    about |= {name: version(name) for name in ("numpy", "matplotlib")}
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "reports.json").write_text(json.dumps({"about": about, **tables}, indent=1))
+    about = {"cores": os.cpu_count(), **versions("numpy", "matplotlib")}
     text = "".join(f"## {name}\n\n{markdown(lines)}\n" for name, lines in tables.items())
-    (RESULTS / "reports.md").write_text(text)
+    save("reports", {"about": about, **tables}, text)
     print(text)
 
 

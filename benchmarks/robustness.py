@@ -6,10 +6,10 @@ impacts, the false ones are counted. Peers that are not installed are left out. 
 results/robustness.json, robustness.md and robustness.png, or those of robustness_sound.
 
     python -m benchmarks.robustness                                  # needs obspy for STA/LTA
-    python -m benchmarks.robustness --only hum "ADC gain" --seeds 3:5 --ours
+    python -m benchmarks.robustness --only hum "ADC gain" --seeds 3:6 --ours
 
     python -m benchmarks.robustness --untuned --figure robustness.png
-    python -m benchmarks.robustness --sound --seeds 601:602     # needs librosa for its methods
+    python -m benchmarks.robustness --sound --seeds 601:603     # needs librosa for its methods
 
 `--only` takes beginnings of names; `--ours` leaves out all but impactsig with its defaults, and
 writes nothing; `--figure` draws, and writes nothing else.
@@ -18,7 +18,6 @@ writes nothing; `--figure` draws, and writes nothing else.
 from __future__ import annotations
 
 import argparse
-import json
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -37,11 +36,12 @@ from .detectors import by_impactsig, find_peaks_passed, sta_lta, timed, tuned
 from .disturbances import DURATION, Case, records, stationary
 from .recordings import Truth
 from .robustness_figures import heat_map, three_records
+from .saving import result_file, save
+from .seeds import add_seeds
 from .sound_disturbances import clear, sound_records
 from .sound_passage import LATE
 from .sound_passage import methods as sound_methods
 
-RESULTS = Path(__file__).parent / "results"
 TOLERANCE = 1e-3
 
 
@@ -245,7 +245,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sound", action="store_true", help="sound instead of force")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of records' names")
-    parser.add_argument("--seeds", default="101:104", help="one, or first:last")
+    add_seeds(parser, "101:105")
     parser.add_argument("--duration", type=float, default=DURATION, help="of a record [s]")
     parser.add_argument("--ours", action="store_true", help="impactsig with its defaults only")
     parser.add_argument("--untuned", action="store_true", help="defaults only")
@@ -257,15 +257,12 @@ def arguments() -> argparse.Namespace:
 
 def main() -> None:
     asked = arguments()
-    first, _, last = asked.seeds.partition(":")
-    first_seed = int(first)
-    seeds = range(first_seed, int(last or first) + 1)
     part = PARTS[asked.sound]
     every = part.methods()[: 1 if asked.ours else None]
     cases = [
         case for case in part.records(asked.duration) if case.name.startswith(tuple(asked.only))
     ]
-    rows, table = compare(part, cases, seeds, every, not (asked.ours or asked.untuned))
+    rows, table = compare(part, cases, asked.seeds, every, not (asked.ours or asked.untuned))
     tables = {"notes": noted(rows)}
     if not asked.ours:
         tables["speed"] = speeds(part, every)
@@ -275,20 +272,17 @@ def main() -> None:
         heat_map(cases, table, asked.figure, part.tolerance)
         if not asked.sound:
             beside = asked.figure.with_name(f"{asked.figure.stem}_records{asked.figure.suffix}")
-            three_records(every, first_seed, beside)
+            three_records(every, asked.seeds[0], beside)
     if asked.ours or asked.figure:
         return
     lines = [
         {"record": name} | {method: cell(mean) for method, mean in line.items()}
         for name, line in table.items()
     ]
-    RESULTS.mkdir(exist_ok=True)
-    path = RESULTS / part.results
-    path.with_suffix(".json").write_text(json.dumps({"rows": rows, **tables}, indent=1))
     head = f"F1 at ±{part.tolerance * 1e3:g} ms, timing RMS [µs], contact time bias [µs] of force; "
     head += "or false impacts\n\n"
-    path.with_suffix(".md").write_text(head + markdown(lines) + text)
-    heat_map(cases, table, path.with_suffix(".png"), part.tolerance)
+    save(part.results, {"rows": rows, **tables}, head + markdown(lines) + text)
+    heat_map(cases, table, result_file(f"{part.results}.png"), part.tolerance)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Figures of `robustness.py`: F1 by disturbance and strength, and three records with what is found.
 
-    python -m benchmarks.robustness --untuned --seeds 401:402 --figure robustness.png
+    python -m benchmarks.robustness --untuned --seeds 401:403 --figure robustness.png
 
 draws robustness.png and robustness_records.png.
 """

@@ -11,14 +11,10 @@ simulation.md.
 
 from __future__ import annotations
 
-import json
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -41,8 +37,8 @@ from tests import naive, naive_simulate
 from tests.naive_simulate import Machine
 
 from .detection import markdown
+from .saving import save, versions
 
-RESULTS = Path(__file__).parent / "results"
 COUNT = 20
 REPEATS = 7
 TOLERANCES = (1e-6, 1e-9, 1e-12)
@@ -333,25 +329,11 @@ def scene_table(case: Case) -> list[dict]:
     return rows
 
 
-def installed(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
-
-
 def main() -> None:
     rows = [row for case in cases() for row in scene_table(case)]
-    peers = ("numpy", "scipy", "numba", "heyoka")
-    about = {
-        "python": platform.python_version(),
-        "impactsig": impactsig.__version__,
-        **{name: installed(name) for name in peers},
-    }
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "simulation.json").write_text(json.dumps({"about": about, "scenes": rows}, indent=1))
     text = markdown(rows)
-    (RESULTS / "simulation.md").write_text(text)
+    about = versions("numpy", "scipy", "numba", "heyoka")
+    save("simulation", {"about": about, "scenes": rows}, text)
     print(text)
 
 

@@ -6,12 +6,8 @@ results are equal. Both are timed in turns in one process; writes results/skips.
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Callable
 from dataclasses import replace
-from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
@@ -20,9 +16,9 @@ from impactsig import Force, Friction, Oscillator, Rigid, Stop, scenes
 from impactsig.results import Motion
 
 from .detection import markdown
+from .saving import save, versions
 from .simulation import seconds
 
-RESULTS = Path(__file__).parent / "results"
 REPEATS = 7
 
 
@@ -133,15 +129,8 @@ def chatter() -> list[dict]:
 
 def main() -> None:
     rows = unreachable() + unasked() + absent() + chatter()
-    about = {
-        "python": platform.python_version(),
-        "impactsig": impactsig.__version__,
-        **{name: version(name) for name in ("numpy", "numba")},
-    }
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "skips.json").write_text(json.dumps({"about": about, "skips": rows}, indent=1))
     text = markdown(rows)
-    (RESULTS / "skips.md").write_text(text)
+    save("skips", {"about": versions("numpy", "numba"), "skips": rows}, text)
     print(text)
 
 

@@ -21,7 +21,7 @@ from functools import partial
 import numpy as np
 
 from .disturbances import Case, chance
-from .recordings import Truth, microphone
+from .recordings import Truth, coloured, microphone
 from .sound_timing import DECIMATORS, TIMES
 
 DURATION = 12.0
@@ -103,18 +103,10 @@ def in_room(truth: Truth, time: float, seed: int) -> Truth:
     return replace(truth, samples=truth.samples + wet)
 
 
-def coloured(rng: np.random.Generator, count: int, exponent: float) -> np.ndarray:
-    """Noise of power 1/f**exponent above 20 Hz and RMS 1."""
-    spectrum = np.fft.rfft(rng.standard_normal(count))
-    spectrum /= np.maximum(np.fft.rfftfreq(count, 1 / RATE), 20.0) ** (0.5 * exponent)
-    noise = np.fft.irfft(spectrum, count)
-    return noise / noise.std()
-
-
 def in_noise(seed, duration=DURATION, *, exponent, level=10.0) -> Truth:
     """Noise of power 1/f**exponent, `level` dB below."""
     truth = clear(seed, duration, level=100.0)
-    noise = coloured(chance(seed), len(truth.samples), exponent)
+    noise = coloured(chance(seed), len(truth.samples), RATE, exponent)
     return replace(truth, samples=truth.samples + 10 ** (-level / 20) * noise)
 
 
@@ -126,7 +118,7 @@ def clipped(seed, duration=DURATION, *, limit) -> Truth:
 
 def only_noise(seed, *, exponent) -> Truth:
     none = np.empty(0)
-    samples = coloured(chance(seed), round(MINUTES * RATE), exponent)
+    samples = coloured(chance(seed), round(MINUTES * RATE), RATE, exponent)
     return Truth(samples, RATE, none, none, none)
 
 

@@ -15,18 +15,17 @@ beyond 3. The median error of a record, its delay, is taken off. Writes results/
 from __future__ import annotations
 
 import argparse
-import json
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
 import impactsig
 
-from .recordings import Truth
-from .sound_timing import DECIMATORS, MODES, TIMES, pink
+from .recordings import Truth, coloured
+from .saving import save
+from .seeds import add_seeds
+from .sound_timing import DECIMATORS, MODES, TIMES
 
-RESULTS = Path(__file__).parent / "results"
 KINDS = ("own", "shared", "alike")
 RATES = (8000, 11_025, 22_050, 44_100)
 LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
@@ -71,7 +70,9 @@ def record(
     if decimator:
         samples = DECIMATORS[decimator](samples, times)
     rng = np.random.default_rng([seed, 1])
-    room = pink(rng, len(samples), rate) if noise == "pink" else rng.standard_normal(len(samples))
+    room = (
+        coloured(rng, len(samples), rate) if noise == "pink" else rng.standard_normal(len(samples))
+    )
     return Truth(samples + room, float(rate), time, np.full(count, np.nan), strength)
 
 
@@ -103,20 +104,19 @@ def stratum(parts: list[np.ndarray]) -> dict:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="301:304", help="first:last + 1")
+    add_seeds(parser, "301:304")
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
     parser.add_argument("--rates", nargs="+", type=int, default=list(RATES), choices=RATES)
     parser.add_argument("--noises", nargs="+", default=["pink", "white"])
     parser.add_argument("--filters", nargs="+", default=["sox", ""], help='"" is none')
     asked = parser.parse_args()
-    seeds = range(*map(int, asked.seeds.split(":")))
     lines = []
     strata = product(asked.noises, asked.filters, asked.kinds, asked.rates, LEVELS)
     for noise, decimator, kind, rate, level in strata:
         if not decimator and rate < 20_000:
             continue  # modes above half the rate would be folded
         options = {"noise": noise, "decimator": decimator}
-        parts = [errors(record(kind, rate, level, seed, **options)) for seed in seeds]
+        parts = [errors(record(kind, rate, level, seed, **options)) for seed in asked.seeds]
         if sum(len(part) for part in parts) < 30:
             continue
         head = {"noise": noise, "filter": decimator or "none", "kind": kind}
@@ -126,8 +126,7 @@ def main() -> None:
         print("  ".join(f"{cell:>7}" for cell in cells), "" if held else " (missed)", flush=True)
     z = np.array([line["z"] for line in lines])
     print(f"z of {WANTED[0]}-{WANTED[1]}: {np.mean((z >= WANTED[0]) & (z <= WANTED[1])):.1%}")
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "sound_errors.json").write_text(json.dumps(lines, indent=1))
+    save("sound_errors", lines)
 
 
 if __name__ == "__main__":

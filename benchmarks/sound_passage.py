@@ -24,8 +24,8 @@ from matplotlib.figure import Figure
 from .detection import markdown
 from .detectors import by_impactsig, by_librosa, find_peaks_passed, sta_lta, tuned
 from .recordings import Truth, microphone, score
+from .saving import result_file
 
-RESULTS = Path(__file__).parent / "results"
 TOLERANCE = 10e-3
 LATE = tuple(np.arange(-40, 41, 10) * 1e-3)
 """About which a detector's latency is looked for: pickers centre their frames differently [s]."""
@@ -134,9 +134,8 @@ def main() -> None:
             drawn[name + ", tuned" * best] = time - late
     text = markdown(lines)
     print(text)
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "sound_passage.md").write_text(text)
-    draw(truth, drawn, RESULTS / "sound_passage.png")
+    result_file("sound_passage.md").write_text(text)
+    draw(truth, drawn, result_file("sound_passage.png"))
 
 
 if __name__ == "__main__":

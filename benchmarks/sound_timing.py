@@ -7,17 +7,15 @@ the peak, and of 20 % of the peak of the envelope, looked for about the true ins
 results/sound_timing.json and sound_timing.md.
 
     python -m benchmarks.sound_timing                    # about five minutes
-    python -m benchmarks.sound_timing --seeds 3:5 --modes five
+    python -m benchmarks.sound_timing --seeds 3:6 --modes five
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from scipy import signal
@@ -25,9 +23,10 @@ from scipy import signal
 import impactsig
 
 from .detection import markdown
-from .recordings import Truth, score
+from .recordings import Truth, coloured, score
+from .saving import save
+from .seeds import add_seeds
 
-RESULTS = Path(__file__).parent / "results"
 MODES = {
     "sample": ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4)),
     "three": ((1600.0, 5e-3, 1.0), (2900.0, 3e-3, 0.8), (4400.0, 2e-3, 0.5)),
@@ -65,14 +64,6 @@ def train(seed: int, count: int, gap: float = 0.045) -> impactsig.Impacts:
     return replace(impacts, peak=np.exp(0.35 * rng.standard_normal(count)))
 
 
-def pink(rng: np.random.Generator, count: int, rate: float) -> np.ndarray:
-    """Noise of power 1/f from 20 Hz on and RMS 1."""
-    spectrum = np.fft.rfft(rng.standard_normal(count))
-    spectrum /= np.sqrt(np.maximum(np.fft.rfftfreq(count, 1 / rate), 20.0))
-    wave = np.fft.irfft(spectrum, count)
-    return wave / wave.std()
-
-
 def band_limited(
     rate: int, decimator: str, noise: float, seed: int, *, modes, count: int = 200, phases=None
 ) -> Truth:
@@ -87,7 +78,7 @@ def band_limited(
     first = (impacts.time * rate).astype(int)
     peaks = [np.abs(x[k : k + round(4e-3 * rate)]).max() for k in first]
     level = np.median(peaks) * 10 ** (-noise / 20)
-    x = x + level * pink(np.random.default_rng([seed, 1]), len(x), rate)
+    x = x + level * coloured(np.random.default_rng([seed, 1]), len(x), rate)
     return Truth(x, float(rate), impacts.time, np.full(count, np.nan), impacts.peak)
 
 
@@ -130,21 +121,17 @@ def line(rate: int, decimator: str, noise: float, name: str, seeds) -> dict:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="101:103", help="one, or first:last")
+    add_seeds(parser, "101:104")
     parser.add_argument("--modes", nargs="+", default=list(MODES), choices=list(MODES))
     asked = parser.parse_args()
-    first, _, last = asked.seeds.partition(":")
-    seeds = range(int(first), int(last or first) + 1)
     lines = []
     for noise, name, rate, decimator in product(
         NOISES, asked.modes, (8000, 11_025, 16_000), DECIMATORS
     ):
-        lines.append(line(rate, decimator, noise, name, seeds))
+        lines.append(line(rate, decimator, noise, name, asked.seeds))
         print(*lines[-1].values(), flush=True)
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "sound_timing.json").write_text(json.dumps(lines, indent=1))
     head = "Standard deviation of the instants, the greatest of some seeds.\n\n"
-    (RESULTS / "sound_timing.md").write_text(head + markdown(lines))
+    save("sound_timing", lines, head + markdown(lines))
 
 
 if __name__ == "__main__":

@@ -15,15 +15,16 @@ results/strange_sounds.json.
 from __future__ import annotations
 
 import argparse
-import json
 from typing import NamedTuple
 
 import numpy as np
 from scipy import signal
 
-from .recordings import Truth
-from .sound_errors import RESULTS, WANTED, errors, stratum
-from .sound_timing import DECIMATORS, pink
+from .recordings import Truth, coloured
+from .saving import save
+from .seeds import add_seeds
+from .sound_errors import WANTED, errors, stratum
+from .sound_timing import DECIMATORS
 
 BEGINNINGS = ("at once", "contact", "long contact", "soft", "very soft", "two steps", "burst")
 KINDS = ("own", "shared", "alike", "nearly shared", "nearly alike")
@@ -140,7 +141,7 @@ def record(seed: int, **asked: object) -> tuple[Truth, dict]:
     if decimator:
         samples = DECIMATORS[decimator](samples, times)
     white = room in ("white", "8 bit")
-    noise = rng.standard_normal(len(samples)) if white else pink(rng, len(samples), rate)
+    noise = rng.standard_normal(len(samples)) if white else coloured(rng, len(samples), rate)
     if room == "hum":
         angle = 2.0 * np.pi * 50.0 * np.arange(len(samples)) / rate
         noise = noise + 3.0 * sum(np.sin(m * angle + m) / m for m in (1, 2, 3, 5, 7, 11))
@@ -154,10 +155,10 @@ def record(seed: int, **asked: object) -> tuple[Truth, dict]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="1:301", help="first:last + 1")
+    add_seeds(parser, "1:301")
     asked = parser.parse_args()
     parts, drawn = [], []
-    for seed in range(*map(int, asked.seeds.split(":"))):
+    for seed in asked.seeds:
         truth, about = record(seed)
         parts.append(errors(truth))
         drawn.append(about)
@@ -173,8 +174,7 @@ def main() -> None:
         held = WANTED[0] <= line["z"] <= WANTED[1]
         cells = (f"{one:.3g}" if isinstance(one, float) else str(one) for one in line.values())
         print("  ".join(f"{cell:>13}" for cell in cells), "" if held else " (missed)")
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "strange_sounds.json").write_text(json.dumps(lines, indent=1))
+    save("strange_sounds", lines)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ import json
 import time
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from scipy.signal import lfilter
@@ -25,7 +24,8 @@ from scipy.signal import lfilter
 from impactsig import scenes, simulate, surrogate_test
 from tests import firing
 
-RESULTS = Path(__file__).parent / "results"
+from .saving import result_file
+
 FIRST = [1.0, -0.6]
 SECOND = [1.0, -2 * 0.9 * np.cos(0.7), 0.81]  # poles 0.9 exp(+-0.7 i)
 Draw = Callable[[int, np.random.Generator], np.ndarray]
@@ -137,8 +137,7 @@ def main() -> None:
     parser.add_argument("--surrogates", type=int, default=19)
     parser.add_argument("--file", default="surrogates.json")
     chosen = parser.parse_args()
-    RESULTS.mkdir(exist_ok=True)
-    path = RESULTS / chosen.file
+    path = result_file(chosen.file)
     told: dict[str, dict[str, float]] = json.loads(path.read_text()) if path.exists() else {}
     for n in chosen.lengths:
         for case in chosen.cases:

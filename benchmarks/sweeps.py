@@ -10,12 +10,9 @@ second; it is paid once and told apart. Writes results/sweeps.json and sweeps.md
 
 from __future__ import annotations
 
-import json
 import logging
-import platform
 import tempfile
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +20,8 @@ import numpy as np
 from impactsig import sweep
 
 from .detection import markdown
+from .saving import save, versions
 
-RESULTS = Path(__file__).parent / "results"
 CELLS = 1000
 """Cells of a tile."""
 TILES = 12
@@ -112,21 +109,18 @@ def main():
         rows.append(row("dask", WORKERS, {"client": client}))
     written, opened = resumed()
     found = {
-        "python": platform.python_version(),
-        "versions": {name: version(name) for name in ("numpy", "zarr", "distributed")},
+        "about": versions("numpy", "zarr", "distributed"),
         "rows": rows,
         "cell µs": each_cell(),
         "1000 tiles of no work, written s": written,
         "the same, opened and checked s": opened,
     }
-    RESULTS.mkdir(exist_ok=True)
-    (RESULTS / "sweeps.json").write_text(json.dumps(found, indent=1))
     text = markdown(rows)
     text += (
         f"\na cell of no work in a function of one cell: {found['cell µs']:.2f} µs of processor\n"
     )
     text += f"1000 tiles of no work: written {written:.2f} s, opened and checked {opened:.2f} s\n"
-    (RESULTS / "sweeps.md").write_text(text)
+    save("sweeps", found, text)
     print(text)
 
 

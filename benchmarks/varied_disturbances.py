@@ -10,15 +10,9 @@ import io
 import numpy as np
 from scipy import ndimage, signal
 
+from .recordings import coloured
+
 CODECS = ("WAV", "ULAW"), ("MP3", "MPEG_LAYER_III"), ("OGG", "VORBIS")
-
-
-def coloured(rng, count: int, rate: float, exponent: float) -> np.ndarray:
-    """Noise of power 1/f**exponent above 20 Hz and RMS 1."""
-    spectrum = np.fft.rfft(rng.standard_normal(count))
-    spectrum /= np.maximum(np.fft.rfftfreq(count, 1 / rate), 20.0) ** (0.5 * exponent)
-    noise = np.fft.irfft(spectrum, count)
-    return noise / noise.std()
 
 
 def added(rng, x: np.ndarray, rate: float, height: float, kind: str) -> np.ndarray:

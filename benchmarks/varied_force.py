@@ -20,6 +20,7 @@ from scipy import signal
 import impactsig
 
 from .recordings import PULSES, add_pulses, score
+from .seeds import add_seeds
 
 SHAPES: dict[str, Callable[[Any], Any]] = {
     "half-sine": PULSES["half-sine"],
@@ -166,13 +167,12 @@ def result(seed: int, kind: str) -> tuple[float, int, int, int, bool]:
 def main() -> None:
     """Print the mean F1 of each disturbance, and the records below 0.97."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="300:312", help="first:last")
+    add_seeds(parser, "300:312")
     parser.add_argument("--only", nargs="+", default=DISTURBANCES, choices=DISTURBANCES)
     given = parser.parse_args()
-    first, last = map(int, given.seeds.split(":"))
     warnings.simplefilter("ignore")
     for kind in given.only:
-        results = {seed: result(seed, kind) for seed in range(first, last)}
+        results = {seed: result(seed, kind) for seed in given.seeds}
         mean = np.mean([one[0] for one in results.values()])
         print(f"{kind:12} mean F1 {mean:.3f}", flush=True)
         for seed, (f1, missed, false, total, note) in results.items():

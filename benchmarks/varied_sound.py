@@ -23,9 +23,10 @@ from scipy import linalg, signal
 
 import impactsig
 
-from .recordings import score
+from .recordings import coloured, score
+from .seeds import add_seeds
 from .sound_timing import DECIMATORS
-from .varied_disturbances import added, changed, coloured
+from .varied_disturbances import added, changed
 
 TIMES = {8000: 6, 11_025: 4, 16_000: 3, 22_050: 2, 44_100: 1, 48_000: 1}
 DISTURBANCES = (
@@ -246,15 +247,14 @@ def result(seed: int, kind: str) -> Result:
 def main() -> None:
     """Print the F1 of each disturbance, and the records below the asked one, the worst first."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", default="300:312", help="first:last")
+    add_seeds(parser, "300:312")
     parser.add_argument("--only", nargs="+", default=DISTURBANCES, choices=DISTURBANCES)
     parser.add_argument("--below", type=float, default=0.9, help="F1 of the records to list")
     given = parser.parse_args()
-    first, last = map(int, given.seeds.split(":"))
     warnings.simplefilter("ignore")
     every = []
     for kind in given.only:
-        results = {seed: result(seed, kind) for seed in range(first, last)}
+        results = {seed: result(seed, kind) for seed in given.seeds}
         results = {seed: one for seed, one in results.items() if one.total >= FEWEST}
         f1 = [one.f1 for one in results.values()]
         every += f1

@@ -27,6 +27,7 @@ import numpy as np
 from impactsig import Impacts, identify_period, track_period
 from impactsig.results import Periodicity
 
+from .seeds import add_seeds
 from .verdict_trains import KINDS, PERIOD, Train, chaotic_beam, jittered, noise_of, spoilt, train
 
 RESULTS = Path(__file__).parent / "results" / "verdicts.jsonl"
@@ -186,7 +187,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
     parser.add_argument("--counts", nargs="+", type=int, default=COUNTS)
     parser.add_argument("--noises", nargs="+", choices=NOISES, default=NOISES)
-    parser.add_argument("--seeds", default="1000:1040", help="first and end (1000:1040)")
+    add_seeds(parser, "1000:1040")
     parser.add_argument("--keep", type=Path, default=RESULTS, help="file of answers")
     parser.add_argument("--figure", type=Path, help="file for the matrices")
     parser.add_argument("--along", type=Path, help="draw this file, and count nothing")
@@ -194,14 +195,13 @@ def main() -> None:
     if chosen.along is not None:
         along(chosen.along)
         return
-    seeds = range(*map(int, chosen.seeds.split(":")))
     cells = [
         (kind, count, noise)
         for kind in KINDS if kind in chosen.kinds
         for count in chosen.counts
         for noise in chosen.noises
     ]  # fmt: skip
-    results = run(cells, seeds, chosen.keep)
+    results = run(cells, chosen.seeds, chosen.keep)
     report(results)
     if chosen.figure is not None:
         figure(results, chosen.figure)

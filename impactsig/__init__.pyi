@@ -15,9 +15,9 @@ from .detect import detect_impacts as detect_impacts
 from .detect.stops import separate_stops as separate_stops
 from .dynamics.contacts.equivalence import ContactSamples as ContactSamples
 from .dynamics.contacts.equivalence import equivalence_error as equivalence_error
-from .dynamics.contacts.equivalence import fit_soft_stop as fit_soft_stop
 from .dynamics.contacts.matching import match_rate as match_rate
 from .dynamics.contacts.matching import strobe_distance as strobe_distance
+from .dynamics.contacts.soft_stop import fit_soft_stop as fit_soft_stop
 from .dynamics.diagrams.basins import basins_of_attraction as basins_of_attraction
 from .dynamics.diagrams.charts import periodicity_chart as periodicity_chart
 from .dynamics.diagrams.diagrams import bifurcation_diagram as bifurcation_diagram
@@ -84,10 +84,10 @@ from .reconstruct.information import mutual_information as mutual_information
 from .reconstruct.neighbors import averaged_false_neighbors as averaged_false_neighbors
 from .reconstruct.neighbors import false_nearest_neighbors as false_nearest_neighbors
 from .reconstruct.ordinal import ordinal_patterns as ordinal_patterns
-from .reconstruct.recurrences.recurrence import recurrence_plot as recurrence_plot
-from .reconstruct.recurrences.recurrence import (
+from .reconstruct.recurrences.quantification import (
     recurrence_quantification as recurrence_quantification,
 )
+from .reconstruct.recurrences.recurrence import recurrence_plot as recurrence_plot
 from .reconstruct.sums.correlation import correlation_sum as correlation_sum
 from .reconstruct.testing.determinism import return_map_determinism as return_map_determinism
 from .reconstruct.testing.prediction import prediction_error as prediction_error

@@ -394,8 +394,8 @@ def path(name: str, value: Any) -> Path:
     raise InvalidInput(name, value, "a path")
 
 
-def path_list(name: str, value: Any) -> list[Path]:
-    """A list of paths.
+def path_list(files: Any) -> list[Path]:
+    """The argument `files`: a list of paths.
 
     Raises
     ------
@@ -403,9 +403,9 @@ def path_list(name: str, value: Any) -> list[Path]:
         If one is not a path, or it is a single path.
     """
     required = "several paths, in a list for example"
-    if isinstance(value, os.PathLike):
-        raise InvalidInput(name, value, required)
-    return [path(name, one) for one in entries(name, value, required)]
+    if isinstance(files, os.PathLike):
+        raise InvalidInput("files", files, required)
+    return [path("files", one) for one in entries("files", files, required)]
 
 
 def thread_count(workers: int | None) -> int:

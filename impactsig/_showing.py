@@ -24,9 +24,9 @@ SIZE, DPI = (4.2, 2.6), 80  # of a picture [inches], [1/inch]
 class Shown:
     """Base of results: shown as a line in a console, as a line and a picture in a notebook.
 
-    The line is what `describe` or `str` says, else the fields, arrays by their shapes. The picture
-    is what `plot` draws; a result that is not drawn shows a table of its fields. A class keeps a
-    `__repr__` of its own.
+    The line is what `describe`, which `str` returns, or another `str` says, else the fields, arrays
+    by their shapes. The picture is what `plot` draws; a result that is not drawn shows a table of
+    its fields. A class keeps a `__repr__` of its own.
     """
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -38,13 +38,16 @@ class Shown:
         name = type(self).__name__
         if hasattr(self, "describe"):
             words = self.describe()
-        elif type(self).__str__ is not object.__str__:
+        elif type(self).__str__ is not Shown.__str__:
             words = str(self)
         else:
             brief = [f"{field}={value}" for field, value in _brief(self)]
             words = ", ".join(brief[:FIELDS]) + (", ..." if len(brief) > FIELDS else "")
         words = " ".join(words.split())
         return f"{name}({words if len(words) <= LONGEST else words[: LONGEST - 3] + '...'})"
+
+    def __str__(self) -> str:
+        return str(self.describe()) if hasattr(self, "describe") else repr(self)
 
     def _repr_html_(self) -> str:
         line = f"<code>{html.escape(repr(self))}</code>"

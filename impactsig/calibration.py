@@ -115,7 +115,7 @@ def fit_calibration(
 
     See Also
     --------
-    Recording.calibrate, plot.calibration_curve
+    Recording.calibrate, Impacts.shared_peak_error
 
     Examples
     --------
@@ -130,14 +130,18 @@ def fit_calibration(
     least = 2 if flag("through_zero", through_zero) else 3
     if x.shape != y.shape or len(x) < least:
         raise InvalidInput(
-            "reading, load", f"{len(x)} and {len(y)} values", f"as many of each, {least} or more"
+            "reading, load",
+            f"{len(x)} and {len(y)} values",
+            f"as many of both, {least} or more",
         )
     of_x, of_y = (
         np.zeros(len(x)) if given is None else _errors(name, given, len(x))
         for name, given in (("reading_error", reading_error), ("load_error", load_error))
     )
     if np.ptp(x) == 0 and not (through_zero and x[0]):
-        raise InvalidInput("reading", x[0], "readings that differ", "One point makes no line")
+        raise InvalidInput(
+            "reading", float(x[0]), "readings that differ", "Add the reading of another load"
+        )
     text("unit", unit)
     known = reading_error is not None or load_error is not None
     if not known:

@@ -23,6 +23,8 @@ APART = (
     "two sensors have few impacts in common at any one delay, so that what both recorded may count "
     "twice. Where their clocks differ, align_impacts brings one to the other's"
 )
+CONSTANT = 30.0  # times less scatter than that of the intervals: a delay of instruments
+SECOND, FEWEST_GROUPS = 1.0, 8  # spans whose errors are independent [s]
 DRIFTS = 6.0  # standard errors of a skew that is one
 
 
@@ -99,7 +101,8 @@ def combine_impacts(
         time, so that the impacts of a machine that hits two stops in turn are kept apart. Otherwise
         it is 0.05 s, in which sound travels 17 m. If several delays below this limit match equally
         well, the smallest is taken; if none matches, any delay at which most impacts of one train
-        are in the other, as for an instrument that was started later. `impacts.notes` reports this.
+        are in the other, as for an instrument that was started later; between two load cells, only
+        one that varies much less than the intervals do. `impacts.notes` reports this.
 
     Returns
     -------
@@ -154,7 +157,7 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
-    notes += _clipped(trains)
+    notes += _clipped(trains) + _units_differ(trains)
     known = combined_columns(trains, index, np.array(delays), stop_of_sensor)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
@@ -166,7 +169,7 @@ def combine_impacts(
         start=start,
         duration=stop - start,
         unit=trains[measuring[0]].unit if measuring else "",
-        contact_level=trains[measuring[0]].contact_level if "contact_time" in known else None,
+        contact_level=_contact_level(trains) if "contact_time" in known else None,
         gaps=_common_gaps(trains, delays),
         sensor=first.sensor if len({train.sensor for train in trains}) == 1 else "",
         source=first.source,
@@ -181,6 +184,23 @@ def combine_impacts(
     index = index[order]
     index.flags.writeable = False
     return Combination(impacts, index, np.array(delays), np.array(errors))
+
+
+def _contact_level(trains: Sequence[Impacts]) -> float | str | None:
+    """Level at which the contact times of the combined train are measured."""
+    return next(train.contact_level for train in trains if train.contact_time is not None)
+
+
+def _units_differ(trains: Sequence[Impacts]) -> list[str]:
+    """A note if no peaks are kept because the sensors that measure force have several units."""
+    units = [train.unit for train in trains if train.peak is not None]
+    if not units or measuring_contacts(trains):
+        return []
+    named = ", ".join(repr(unit) for unit in dict.fromkeys(units))
+    return [
+        f"the sensors have different units ({named}), so that the combined train has no peaks and "
+        "impulses; give all sensors one unit by scale= and unit=, or Recording.calibrate"
+    ]
 
 
 def _clipped(trains: Sequence[Impacts]) -> list[str]:
@@ -222,18 +242,40 @@ def _delay_of_cells(
 ) -> tuple[float, float, str]:
     """Delay of a load cell beside another that is `late`, its tolerance, and a note.
 
-    Trains alone do not tell a delay from two stops that are hit in turn, as all impacts of either
-    then have a partner that much later; but a body carries an impact over metres in `within`.
+    A body carries an impact over metres in `within`. All impacts of two stops that are hit in turn
+    have a partner that is later, too; but from stop to stop the time varies as the intervals do,
+    whereas a delay between instruments is constant.
     """
-    if min(len(train), len(time)) >= 2:
+    if min(len(train), len(time)) < 2:
+        return late, math.inf, ""
+    reference = Impacts(time + late)
+    try:
+        found = align_impacts(train, reference, within, longest_delay=within, skew=False)
+    except InvalidInput:
+        pass
+    else:
+        return late + found.delay, found.delay_error, _clocks_differ(found, time)
+    if min(len(train), len(time)) >= FEWEST:
         try:
-            found = align_impacts(
-                train, Impacts(time + late), within, longest_delay=within, skew=False
-            )
-            return late + found.delay, found.delay_error, _clocks_differ(found, time)
+            found = align_impacts(train, reference, within, skew=False)
         except InvalidInput:
-            pass
+            return late, math.inf, ""
+        many = len(found.pairs) >= SHARED * min(len(train), len(time))
+        if many and _scatter(np.diff(time)) > CONSTANT * _scatter(found.error):
+            return late + found.delay, found.delay_error, _starts_late(found.delay)
     return late, math.inf, ""
+
+
+def _scatter(values: np.ndarray) -> float:
+    """Median absolute deviation."""
+    return float(np.median(np.abs(values - np.median(values))))
+
+
+def _starts_late(delay: float) -> str:
+    return (
+        f"two sensors are {abs(delay):.3g} s apart, more than an impact needs from one to the "
+        "other: they are taken for one machine whose channels start so late"
+    )
 
 
 def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float, float, str]:
@@ -249,11 +291,7 @@ def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float
         return delay, error, note
     if len(found.pairs) < SHARED * min(len(train), len(reference)):
         return delay, error, note
-    note = (
-        f"two sensors are {abs(found.delay):.3g} s apart, more than sound needs: they are taken "
-        "for one machine whose channels start so late"
-    )
-    return found.delay, found.delay_error, note
+    return found.delay, found.delay_error, _starts_late(found.delay)
 
 
 def _delay(
@@ -292,7 +330,9 @@ def _clocks_differ(found: Alignment, reference: np.ndarray) -> str:
     x, y = reference[found.pairs[:, 1]], found.error
     x, y = x - x.mean(), y - y.mean()
     slope = float(x @ y) / float(x @ x)
-    deviation = math.sqrt(float(np.mean((y - slope * x) ** 2)) / float(x @ x))
+    # Impacts of one second share a part of their errors.
+    groups = np.unique(x // min(SECOND, float(np.ptp(x)) / FEWEST_GROUPS), return_inverse=True)[1]
+    deviation = float(np.linalg.norm(np.bincount(groups, x * (y - slope * x)))) / float(x @ x)
     if abs(slope) < DRIFTS * max(deviation, 1e-9):
         return ""
     return (

@@ -159,9 +159,6 @@ class Comparison(Shown):
 
     plot = drawn_on_figure_by("comparison", "it")
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def compare(
     a: Impacts,

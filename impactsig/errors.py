@@ -157,7 +157,7 @@ class MissingExtra(ImpactsigError, ImportError):
 
 
 class ImpactsigWarning(UserWarning):
-    """Something was done that the user should know of (a channel left out, a file cut short).
+    """Warning of what a result lacks or assumes, such as a channel left out or a file cut short.
 
     See Also
     --------

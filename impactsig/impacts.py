@@ -427,7 +427,9 @@ class Impacts:
         Returns
         -------
         Impacts
-            The corrected train, with a note on corrections that match no impact.
+            The corrected train, with a note on corrections that match no impact. If there is no
+            table beside the recording, but one in its folder that was made for it under another
+            name, a note names that table.
 
         Raises
         ------

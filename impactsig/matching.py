@@ -83,9 +83,6 @@ class Matching(Shown):
             words += f", {1e6 * self.rms:.3g} µs RMS"
         return words
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def match_impacts(
     found: Impacts, truth: Impacts, within: float = 1e-3, *, delay: float | None = 0.0

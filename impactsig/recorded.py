@@ -20,6 +20,9 @@ HYSTERESIS = 4.0
 """Standard deviations of the noise that a crossing must have come from."""
 FEWEST = 8
 """Samples that a velocity beside an impact is fitted to."""
+MORE, OUTSTANDING = 4, 3.0
+"""Terms that the polynomials may have beyond those of a cubic displacement; standard errors by
+which the mean square of a term exceeds the noise if the motion needs it."""
 
 
 class Restitution(NamedTuple):
@@ -37,6 +40,43 @@ class Restitution(NamedTuple):
     approach: np.ndarray
     departure: np.ndarray
     impacts: np.ndarray
+
+
+class _End(NamedTuple):
+    """Polynomials in orthogonal terms, fitted to one side of an impact."""
+
+    coefficients: np.ndarray
+    slope: np.ndarray  # velocity at the impact, by coefficients
+    bend: np.ndarray  # acceleration there
+    rest: float  # sum of the squares that no term explains
+    samples: int
+    runs: float  # samples that have one error
+
+    def variance(self, terms: int, step: float) -> float:
+        """Variance of a coefficient in a fit of so many terms."""
+        rest = self.rest + float(np.sum(self.coefficients[terms:] ** 2))
+        freedom = max(self.samples - min(terms, len(self.coefficients)), 1)
+        return max(rest / freedom, step**2 / 12.0 * self.runs)
+
+    def velocity(self, terms: int, step: float, late: float) -> tuple[float, float]:
+        """Velocity at the impact by so many terms, and its standard error."""
+        known = self.coefficients[:terms]
+        of_known = math.sqrt(self.variance(terms, step)) * float(np.linalg.norm(self.slope[:terms]))
+        return float(self.slope[:terms] @ known), math.hypot(
+            of_known, float(self.bend[:terms] @ known) * late
+        )
+
+
+def _terms(ends: list[_End], least: int, step: float) -> int:
+    """Terms that the motion beside impacts needs: the last one that stands out of the noise."""
+    needed = least
+    for terms in range(least + 1, least + 1 + MORE):
+        of = [one for one in ends if len(one.coefficients) >= terms]
+        noise = sum(one.variance(least + MORE, step) for one in of)
+        power = sum(float(one.coefficients[terms - 1]) ** 2 for one in of)
+        if power > (1.0 + OUTSTANDING * math.sqrt(2.0 / max(len(of), 1))) * noise:
+            needed = terms
+    return needed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,7 +208,8 @@ class RecordedMotion(Shown):
         """Restitution coefficient, from the velocities before and after every impact.
 
         A cubic is fitted to the displacement before and one after, and its slope taken at the
-        instants of first and last touch; where the velocity was recorded, a parabola to that.
+        instants of first and last touch; where the velocity was recorded, a parabola to that. If
+        terms of higher degree exceed the noise in all fits together, up to four are added.
         Errors include those of the fits, of quantization, and of the instants, but not faster
         changes within the fits, such as ringing; use a shorter `within` in this case.
 
@@ -196,8 +237,7 @@ class RecordedMotion(Shown):
         stop_velocity = number("stop_velocity", stop_velocity)
         contact = np.zeros(len(impacts)) if impacts.contact_time is None else impacts.contact_time
         late = np.zeros(len(impacts)) if impacts.time_error is None else impacts.time_error
-        step = converter_step(self.samples)
-        rows = []
+        fits = []
         for k, (touch, long) in enumerate(zip(impacts.time, contact, strict=True)):
             before = impacts.time[k - 1] + contact[k - 1] if k else self.time[0]
             after = impacts.time[k + 1] if k + 1 < len(impacts) else self.time[-1]
@@ -205,10 +245,19 @@ class RecordedMotion(Shown):
                 continue
             # As near as the instant is certain to be on this side of the impact.
             aside, last = 2.0 * late[k], touch + long
-            u = self._velocity(max(touch - within, before), touch - aside, touch, late[k], step)
-            v = self._velocity(last + aside, min(last + within, after), last, late[k], step)
-            if u is not None and v is not None and u[0]:
-                rows.append((k, u[0] - stop_velocity, u[1], v[0] - stop_velocity, v[1]))
+            coming = self._fit(max(touch - within, before), touch - aside, touch)
+            leaving = self._fit(last + aside, min(last + within, after), last)
+            if coming is not None and leaving is not None:
+                fits.append((k, coming, leaving))
+        rows = []
+        if fits:
+            step = converter_step(self.samples)
+            ends = [one for _, *both in fits for one in both]
+            terms = _terms(ends, self._derivative + 3, step)
+            for k, *both in fits:
+                (u, of_u), (v, of_v) = (one.velocity(terms, step, late[k]) for one in both)
+                if u:
+                    rows.append((k, u - stop_velocity, of_u, v - stop_velocity, of_v))
         if not rows:
             raise InvalidInput(
                 "impacts", f"{len(impacts)} impacts", "impacts with room beside them to fit",
@@ -233,27 +282,33 @@ class RecordedMotion(Shown):
             which.astype(int),
         )
 
-    def _velocity(
-        self, start: float, stop: float, at: float, late: float, step: float
-    ) -> tuple[float, float] | None:
-        """Velocity at one end of a span, by a fit to its samples, and its standard error."""
+    @property
+    def _derivative(self) -> int:
+        """Derivative that the velocity is of what was recorded."""
+        return 1 if self.smoothing else 0
+
+    def _fit(self, start: float, stop: float, at: float) -> _End | None:
+        """Fit polynomials to the samples of a span that an impact ends; None if there are few."""
         first = math.ceil((start - self.time[0]) * self.rate + 1e-6)
         last = math.floor((stop - self.time[0]) * self.rate - 1e-6) + 1
-        if first < 0 or last > len(self.x) or last - first < FEWEST:
+        count = last - first
+        if first < 0 or last > len(self.x) or count < FEWEST:
             return None
-        of = 1 if self.smoothing else 0  # derivative that the velocity is of what was recorded
         t, y = self.time[first:last] - at, self.samples[first:last]
         scale = float(np.abs(t).max())
-        powers = np.vander(t / scale, of + 3, increasing=True)
-        inverse = np.linalg.inv(powers.T @ powers)
-        fitted = inverse @ (powers.T @ y)
-        rest = y - powers @ fitted
+        of = self._derivative
+        # Of any degree up to the greatest: a term less leaves the others as they are.
+        terms = min(of + 3 + MORE, max(of + 3, count - FEWEST))
+        q, r = np.linalg.qr(np.vander(t / scale, terms, increasing=True))
+        inverse = np.linalg.inv(r)
+        coefficients = q.T @ y
+        rest = y - q @ coefficients
         # Within a run of one code errors are alike: runs count, not samples.
-        runs = len(y) / (1 + np.count_nonzero(np.diff(y)))
-        variance = max(float(rest @ rest) / (len(y) - of - 3), step**2 / 12.0 * runs)
-        acceleration = (1 + of) * fitted[1 + of] / scale ** (1 + of)
-        error = math.sqrt(variance * inverse[of, of]) / scale**of
-        return float(fitted[of]) / scale**of, math.hypot(error, acceleration * late)
+        runs = count / (1 + np.count_nonzero(np.diff(y)))
+        return _End(
+            coefficients, inverse[of] / scale**of, (1 + of) * inverse[1 + of] / scale ** (1 + of),
+            float(rest @ rest), count, runs,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         parts = [f"{len(self.x)} samples", f"{self.rate:g} Hz"]

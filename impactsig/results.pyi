@@ -8,8 +8,8 @@ from .control.running.flow import ControlledFlowMotion as ControlledFlowMotion
 from .control.stability.stability import ControlledStability as ControlledStability
 from .detect.stops import StopSeparation as StopSeparation
 from .dynamics.contacts.equivalence import EquivalenceError as EquivalenceError
-from .dynamics.contacts.equivalence import SoftStopFit as SoftStopFit
 from .dynamics.contacts.matching import MatchRate as MatchRate
+from .dynamics.contacts.soft_stop import SoftStopFit as SoftStopFit
 from .dynamics.diagrams.basins import Attractor as Attractor
 from .dynamics.diagrams.basins import Basins as Basins
 from .dynamics.diagrams.charts import PeriodicityChart as PeriodicityChart
@@ -46,8 +46,10 @@ from .reconstruct.divergence.exponents import LyapunovExponent as LyapunovExpone
 from .reconstruct.neighbors import AveragedFalseNeighbors as AveragedFalseNeighbors
 from .reconstruct.neighbors import FalseNeighbors as FalseNeighbors
 from .reconstruct.ordinal import OrdinalPatterns as OrdinalPatterns
+from .reconstruct.recurrences.quantification import (
+    RecurrenceQuantification as RecurrenceQuantification,
+)
 from .reconstruct.recurrences.recurrence import RecurrencePlot as RecurrencePlot
-from .reconstruct.recurrences.recurrence import RecurrenceQuantification as RecurrenceQuantification
 from .reconstruct.sums.correlation import CorrelationSum as CorrelationSum
 from .reconstruct.testing.determinism import ReturnMapDeterminism as ReturnMapDeterminism
 from .reconstruct.testing.prediction import PredictionError as PredictionError

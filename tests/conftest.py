@@ -47,6 +47,25 @@ def _no_figure_stays_open():
 
 
 @pytest.fixture
+def counted():
+    """Counts the arrays that compiled code allocates and releases."""
+    from numba.core.registry import cpu_target
+    from numba.core.runtime import _nrt_python, rtsys
+
+    rtsys.initialize(cpu_target.target_context)
+    _nrt_python.memsys_enable_stats()
+    yield
+    _nrt_python.memsys_disable_stats()
+
+
+@pytest.fixture
+def ax():
+    from matplotlib.figure import Figure
+
+    return Figure().subplots()
+
+
+@pytest.fixture
 def without_figures(monkeypatch):
     """Pages of reports without their figures: to draw them takes most of a page's time."""
     from impactsig.report import figures, findings, fitted

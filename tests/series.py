@@ -182,3 +182,19 @@ def cat(count: int, seed: int) -> np.ndarray:
         return np.cos(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * y)
 
     return iterated(step, rng.uniform(size=2), seen, count)
+
+
+def coloured(count: int, exponent: float, rng: np.random.Generator) -> np.ndarray:
+    """Gaussian noise of the spectrum 1 / f^exponent."""
+    frequency = np.fft.rfftfreq(count)
+    frequency[0] = frequency[1]
+    spectrum = rng.standard_normal((2, len(frequency))) * frequency ** (-exponent / 2)
+    return np.fft.irfft(spectrum[0] + 1j * spectrum[1], count)
+
+
+def autoregressive(count: int, weights: Iterable[float], rng: np.random.Generator) -> np.ndarray:
+    """A linear process under Gaussian shocks."""
+    from scipy.signal import lfilter
+
+    shocks = rng.standard_normal(count + 200)
+    return lfilter([1.0], [1.0, *(-np.array(weights))], shocks)[200:]

@@ -52,6 +52,9 @@ def write(impacts: Impacts, recording: Any) -> Path:
 def applied(impacts: Impacts, recording: Any) -> Impacts:
     """As `Impacts.apply_corrections`."""
     channel = channel_of(impacts)
+    if not beside(recording).exists():
+        notes = dict.fromkeys((*impacts.notes, *_left_behind(recording, channel)))
+        return replace(impacts, notes=tuple(notes)) if len(notes) > len(impacts.notes) else impacts
     lines = [line for line in read(recording) if line["channel"] == channel]
     _check_recording({line.pop("recording") for line in lines} - {""}, recording)
     done = [_named(line) for line in impacts.settings.get("corrections", ())]
@@ -87,11 +90,13 @@ def read(recording: Any) -> list[dict[str, Any]]:
     UnreadableFile
         If it is no table of corrections.
     """
+    path = beside(recording)
+    return _read_table(path) if path.exists() else []
+
+
+def _read_table(path: Path) -> list[dict[str, Any]]:
     import csv
 
-    path = beside(recording)
-    if not path.exists():
-        return []
     try:
         # Spreadsheets begin a file in UTF-8 with a mark of it.
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -107,6 +112,28 @@ def read(recording: Any) -> list[dict[str, Any]]:
             f"Mend it (columns {', '.join(NEEDED)}, separated by commas), or move it away to go on "
             "without",
         ) from error
+
+
+def _left_behind(recording: Any, channel: str) -> list[str]:
+    """Notes on tables in the same folder that a recording has lost by being renamed."""
+    notes, digest = list[str](), ""
+    if not Path(recording).is_file():
+        return notes
+    for table in sorted(Path(recording).parent.glob(f"*{SUFFIX}")):
+        if table.with_name(table.name.removesuffix(SUFFIX)).exists():
+            continue
+        try:
+            lines = [line for line in _read_table(table) if line["channel"] == channel]
+        except UnreadableFile:
+            continue  # of no recording that is here
+        digest = digest or sha256(recording)[:DIGITS]
+        count = sum(line["recording"] == digest for line in lines)
+        if count:
+            notes.append(
+                f"{table.name} has {count} corrections of this recording, made under another name "
+                f"and not applied: rename it to {beside(recording).name} to apply them"
+            )
+    return notes
 
 
 def _named(line: Mapping[str, Any]) -> tuple[Any, ...]:

@@ -13,6 +13,7 @@ KINDS = {
     "baseline": "moves of the baseline",
     "dropout": "dropouts of the signal",
     "burst": "bursts of noise",
+    "code": "error codes",
 }
 """Kinds of disturbances, in words."""
 
@@ -21,7 +22,7 @@ class Disturbance(NamedTuple):
     """Something in a record that is not an impact, such as a glitch or a dropout."""
 
     kind: str
-    """"glitch", "wide", "baseline", "dropout" or "burst", see `KINDS`."""
+    """"glitch", "wide", "baseline", "dropout", "burst" or "code", see `KINDS`."""
     start: float
     """Where it begins [s]."""
     duration: float

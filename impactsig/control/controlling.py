@@ -124,7 +124,9 @@ class Controlled:
                 check_parameter(system, feedback.parameter)
                 if feedback.level is not None:
                     raise InvalidInput(
-                        "level", feedback.level, "None of an oscillator, whose spikes are impacts"
+                        "level",
+                        feedback.level,
+                        "None for an oscillator: its spikes are impacts",
                     )
         if isinstance(system, Flow) and len({(own.signal, own.level) for own in spiking}) > 1:
             raise InvalidInput(

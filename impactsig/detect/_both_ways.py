@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from ._force import Wanted, detect_force
+from ._force import detect_force
 from ._force_impacts import ForceImpacts
+from ._force_stretch import Wanted
 from .search.judging_kernels import measured_ringing
 from .signal.ladder import MATCH
 from .signal.stream import Piece

@@ -10,8 +10,9 @@ from .._trains.impact_columns import ERRORS, SHARED_ERRORS
 from ..errors import InvalidInput
 from ..impacts import KINDS, Disturbance
 from ._both_ways import detect_both_ways, other_way
-from ._force import MOST_SAMPLES, Wanted, detect_force
+from ._force import MOST_SAMPLES, detect_force
 from ._force_impacts import ForceImpacts
+from ._force_stretch import Wanted
 from ._merge import Columns
 from ._notes import force_notes
 from .signal.source import Source

@@ -43,6 +43,7 @@ class ForceImpacts(NamedTuple):
     silent: bool  # nothing at all moves between impacts
     in_step: int  # weak events that came once in each period of the mains, and were left out
     either: bool = False  # many events point the other way
+    codes: tuple[float, ...] = ()  # values that stand for missing samples
 
 
 BESIDE, AT_LEAST = 0.5, 2.0

@@ -86,6 +86,13 @@ def force_notes(found: ForceImpacts, rate: float, settled: bool) -> tuple[str, .
             'impacts are missed there. Where these samples are NaN, gaps="split" takes no interval '
             "across them."
         )
+    if coded := _durations(found, "code"):
+        values = sorted({one.height for one in found.disturbances if one.kind == "code"})
+        notes.append(
+            f"{sum(coded):.0f} samples are {' or '.join(f'{one:g}' for one in values)}, far from "
+            "all others, and taken for error codes: they are filled from their neighbours, and "
+            "impacts that they hide are missed."
+        )
     if bursts := _durations(found, "burst"):
         notes.append(
             f"There are {len(bursts)} bursts of noise, {sum(bursts) / rate:.2g} s in all, whose "

@@ -22,7 +22,7 @@ from ._asked import (
 )
 from ._channels import detect_channels
 from ._finding import find_both_ways, find_force
-from ._force import Wanted
+from ._force_stretch import Wanted
 from ._merge import Columns, keep_first, merge
 from ._notes import ringing_note
 from .signal.source import Gaps, Source, open_source

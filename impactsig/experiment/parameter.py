@@ -84,7 +84,9 @@ def _rows(path: Path, usual: str) -> dict[str, Place]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = list(csv.DictReader(file))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise UnreadableFile(path, f"cannot be read ({error})", "It is parameter.table") from None
+        raise UnreadableFile(
+            path, f"cannot be read ({error})", "It is the parameter.table of the rig"
+        ) from None
     rows: dict[str, Place] = {}
     for number, line in enumerate(lines, 2):
         if not {"file", "value"} <= set(line):

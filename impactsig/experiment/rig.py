@@ -107,11 +107,11 @@ class Rig:
         if not found:
             return
         if "from" not in found:
-            raise InvalidInput("parameter", dict(found), "a key from, which says where it stands")
+            raise InvalidInput("parameter", dict(found), 'a key "from" that says where it is found')
         origin = found["from"]
         need = needed.get(origin, origin)
         if need not in found:
-            raise InvalidInput("parameter", dict(found), f'a key {need}, as from is "{origin}"')
+            raise InvalidInput("parameter", dict(found), f'a key "{need}", as from is "{origin}"')
         for key in ("pattern", "table", "channel", "key"):
             if key in found and key != need:
                 raise InvalidInput(
@@ -130,7 +130,9 @@ class Rig:
             return
         origin = self.sweep.get("from")
         if origin is None:
-            raise InvalidInput("sweep", dict(self.sweep), "a key from")
+            raise InvalidInput(
+                "sweep", dict(self.sweep), 'a key "from" that says where it is found'
+            )
         if origin == "channel" and self.forcing_channel is None:
             raise InvalidInput("sweep.from", origin, 'a channel with use = "forcing" or "tacho"')
         if origin != "channel" and not {"start", "rate"} <= set(self.sweep):

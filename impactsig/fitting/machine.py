@@ -152,9 +152,6 @@ class MachineFit(Shown):
 
     plot = drawn_on_figure_by("machine_fit", "it")
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def machine_of_runs(
     runs: tuple[OscillatorFit, ...],

@@ -203,9 +203,6 @@ class OscillatorFit(Shown):
 
     plot = drawn_on_figure_by("oscillator_fit", "it")
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def stop_in_words(kind: str, log_odds: Mapping[str, float]) -> list[str]:
     """The kind of stop that was fitted, beside the other; nothing where they were not compared."""

@@ -294,9 +294,6 @@ class Periodicity(Shown):
             )
         return words
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def _impacts(number: int) -> str:
     return f"{number} impact{'s' if number > 1 else ''}"

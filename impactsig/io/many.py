@@ -60,7 +60,7 @@ def read_many(
     ...         print(path.name, recording.duration)
     loadcell_periodic_22.1Hz.wav 10.0
     """
-    return _ahead(path_list("files", files), thread_count(workers), progress, options)
+    return _ahead(path_list(files), thread_count(workers), progress, options)
 
 
 def _ahead(

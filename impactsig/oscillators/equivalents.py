@@ -176,7 +176,7 @@ def _known(formula: str) -> None:
 def _share(restitution: float, formula: str) -> float:
     share = number("restitution", restitution, least=0.0, most=1.0)
     if share == 0 and formula != "work":
-        raise InvalidInput("restitution", restitution, "above 0", "None takes infinite damping")
+        raise InvalidInput("restitution", restitution, "above 0", "0 requires infinite damping")
     return share
 
 

@@ -106,6 +106,12 @@ def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
     those of Lorenz, the largest exponent is 0.906 and the correlation dimension 2.05. Its signal is
     ``(x + 2)²``, as in [Sauer1994]_.
 
+    Parameters
+    ----------
+    sigma, rho, beta : float
+        Parameters of the equations: Prandtl number, relative Rayleigh number, and a geometric
+        factor.
+
     See Also
     --------
     impactsig.flows.rossler, impactsig.Flow
@@ -133,6 +139,11 @@ def rossler(a: float = 0.2, b: float = 0.2, c: float = 5.7) -> Flow:
     Rössler, the largest exponent is 0.071. Its signal is ``x + 20``, which is positive on the
     attractor (x > -10), as integrate-and-fire requires [CastroSauer1997]_; the value 20 is our
     choice.
+
+    Parameters
+    ----------
+    a, b, c : float
+        Parameters of the equations.
 
     See Also
     --------

@@ -119,7 +119,9 @@ def _section(study: Study, at: Mapping[str, float]) -> tuple[tuple[Any, ...], li
             place.append(slice(None))
             left.append(name)
     if len(left) not in (1, 2):
-        raise InvalidInput("at", at, "values for all parameters but one or two", f"Of {names}")
+        raise InvalidInput(
+            "at", at, "values for all parameters but one or two", f"The parameters are {names}"
+        )
     return tuple(place), left, held
 
 

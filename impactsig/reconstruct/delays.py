@@ -79,9 +79,6 @@ class DelayChoice(Shown):
             return f"no delay by {self.method}: {self.reason}"
         return f"delay {self.delay} by {self.method} ({self.rule})"
 
-    def __str__(self) -> str:
-        return self.describe()
-
     plot = drawn_by("delay_choice", "the curve and the choice")
 
 

@@ -52,7 +52,7 @@ class FalseNeighbors(Shown):
     tolerance : float
         The fraction allowed.
     warnings : tuple of str
-        What speaks against the result.
+        Warnings about the result.
 
     See Also
     --------
@@ -93,9 +93,6 @@ class FalseNeighbors(Shown):
             )
         return "; ".join((words, *self.warnings))
 
-    def __str__(self) -> str:
-        return self.describe()
-
     plot = drawn_by("false_neighbors", "the shares")
 
 
@@ -118,7 +115,7 @@ class AveragedFalseNeighbors(Shown):
     delay, theiler : int
         As used.
     warnings : tuple of str
-        What speaks against the result.
+        Warnings about the result.
 
     See Also
     --------
@@ -158,9 +155,6 @@ class AveragedFalseNeighbors(Shown):
                 f"(from there on E1 stays within {FLAT} of {self.e1[-1]:.2f})"
             )
         return "; ".join((words, *self.warnings))
-
-    def __str__(self) -> str:
-        return self.describe()
 
     plot = drawn_by("averaged_false_neighbors", "E1 and E2")
 

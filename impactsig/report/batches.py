@@ -245,7 +245,7 @@ def _report(task: tuple[Path, Path, dict[str, Any], Wanted | None]) -> Entry:
 
 
 def _paths(files: Iterable[str | PathLike[str]]) -> list[Path]:
-    paths = path_list("files", files)
+    paths = path_list(files)
     if not paths:
         raise InvalidInput("files", paths, "one path or more")
     twice = {str(path) for path in paths if paths.count(path) > 1}

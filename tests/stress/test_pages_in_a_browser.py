@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from impactsig import Experiment
 from impactsig.report import write_reports
 
-from ..browser import MISSING, Browser
+from ..browser import MISSING
 from ..unit.test_experiment import RIG, record
 
 pytestmark = [
@@ -32,13 +32,6 @@ COVERED = """
     cell => Math.abs(cell.getBoundingClientRect().left - edge) > 2).length;
 })(document.querySelector('.scroll'))
 """
-
-
-@pytest.fixture(scope="module")
-def browser():
-    found = Browser()
-    yield found
-    found.driver.quit()
 
 
 @pytest.fixture(scope="module")

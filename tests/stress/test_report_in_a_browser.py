@@ -16,7 +16,7 @@ from impactsig import Impacts, LoadCell, scenes, simulate, synthesize
 from impactsig.report import Entry, analyse, write_page, write_report
 from impactsig.report.batches import _index
 
-from ..browser import MISSING, Browser
+from ..browser import MISSING
 
 pytestmark = [
     pytest.mark.browser,
@@ -29,13 +29,6 @@ PAYLOADS = (
     "\"'><svg onload=window.canary=1>",
     "$$\\href{javascript:window.canary=1}{x}$$<b>",
 )
-
-
-@pytest.fixture(scope="module")
-def browser():
-    found = Browser()
-    yield found
-    found.driver.quit()
 
 
 @pytest.fixture

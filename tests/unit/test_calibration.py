@@ -86,7 +86,7 @@ def test_an_exact_line_and_a_recording():
     ("reading", "load", "more", "words"),
     [
         ([1.0, 2.0], [1.0, 2.0], {}, "3 or more"),
-        ([1.0, 2.0, 3.0], [1.0, 2.0], {}, "as many of each"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0], {}, "as many of both"),
         ([1.0, 1.0, 1.0], [1.0, 2.0, 3.0], {}, "differ"),
         ([1.0, np.nan, 1.0], [1.0, 2.0, 3.0], {}, "finite"),
         ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], {"load_error": 0.0}, "load_error"),

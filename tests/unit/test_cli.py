@@ -15,6 +15,7 @@ import soundfile
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
 from impactsig._files.standard_input import FOLDER
 from impactsig.cli import _commands
+from tests.command import run
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -38,14 +39,6 @@ def silent(tmp_path):
     path = tmp_path / "silent.wav"
     soundfile.write(path, np.zeros(RATE), RATE)
     return path
-
-
-def run(*words):
-    """Exit code of a command line, as the shell would see it."""
-    try:
-        return cli.main([str(word) for word in words])
-    except SystemExit as leave:
-        return leave.code
 
 
 def python(*words, **options):

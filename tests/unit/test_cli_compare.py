@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import soundfile
 
-from impactsig import Impacts, cli
+from impactsig import Impacts
 from impactsig.simulation.instruments.sensors import LoadCell
 from impactsig.simulation.instruments.synthesis import synthesize
+from tests.command import run
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -33,14 +34,6 @@ def table(truth, tmp_path):
     path = tmp_path / "model.csv"
     truth.to_csv(path)
     return path
-
-
-def run(*words):
-    """Exit code of a command line, as the shell would see it."""
-    try:
-        return cli.main([str(word) for word in words])
-    except SystemExit as leave:
-        return leave.code
 
 
 def test_a_recording_against_a_table(recording, table, capsys):

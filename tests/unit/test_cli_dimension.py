@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactsig import Impacts, cli, surrogate_test
+from impactsig import Impacts, surrogate_test
+from tests import command
 
 SAMPLES = Path(__file__).resolve().parents[2] / "data_samples"
 CHAOTIC = SAMPLES / "loadcell_chaotic_20.1Hz.wav"
@@ -16,11 +17,7 @@ PERIODIC = SAMPLES / "loadcell_periodic_22.1Hz.wav"
 
 
 def run(*words):
-    """Exit code of a command line, as the shell would see it."""
-    try:
-        return cli.main(["dimension", *(str(word) for word in words)])
-    except SystemExit as leave:
-        return leave.code
+    return command.run("dimension", *words)
 
 
 def write(path, intervals):

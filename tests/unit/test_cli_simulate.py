@@ -8,9 +8,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from impactsig import Impacts, Oscillator, cli, scenes, simulate
+from impactsig import Impacts, Oscillator, scenes, simulate
 from impactsig.cli import _simulating as options
 from impactsig.cli._options import with_negative_numbers
+from tests.command import run
 
 SCENES = [
     "karpodinis",
@@ -21,14 +22,6 @@ SCENES = [
     "van_der_pol_duffing",
     "cantilever",
 ]
-
-
-def run(*words):
-    """Exit code of a command line, as the shell would see it."""
-    try:
-        return cli.main([str(word) for word in words])
-    except SystemExit as leave:
-        return leave.code
 
 
 @pytest.mark.parametrize(

@@ -8,22 +8,15 @@ import logging
 import numpy as np
 import pytest
 
-from impactsig import cli, lyapunov_spectrum, open_study, orbit_period, scenes, simulate
+from impactsig import lyapunov_spectrum, open_study, orbit_period, scenes, simulate
 from impactsig.cli import _observables
 from impactsig.cli import _sweeping as options
 from impactsig.cli._observables import ENDS, OBSERVABLES, Observable, Observing
 from impactsig.simulation.basis.events import STATUS
+from tests.command import run
 
 pytest.importorskip("zarr")
 BRIEF = ["--periods=40", "--transient=20"]
-
-
-def run(*words):
-    """Exit code of a command line, as the shell would see it."""
-    try:
-        return cli.main([str(word) for word in words])
-    except SystemExit as leave:
-        return leave.code
 
 
 @pytest.fixture(scope="module")

@@ -302,3 +302,59 @@ def test_a_clipped_sensor_is_said_and_leaves_the_stop_in_doubt():
     assert (ranges.impacts.flags & CLIPPED).tolist() == [0, CLIPPED, 0, 0]
     assert ranges.impacts.notes == both.impacts.notes
     assert combine_impacts([right]).impacts.notes == ()
+
+
+def test_load_cells_of_different_units_are_combined_without_peaks():
+    """Once an IndexError: no sensor's peaks are kept, so that there was no level of contacts."""
+    truth = np.cumsum(np.random.default_rng(3).uniform(0.02, 0.08, 50))
+    cells = [
+        Impacts(
+            truth, peak=np.ones(50), contact_time=np.full(50, 3e-4), contact_level=0.0,
+            unit=unit, sensor="force",
+        )
+        for unit in ("N", "V")
+    ]  # fmt: skip
+    both = combine_impacts(cells).impacts
+    assert len(both) == 50
+    assert both.peak is None
+    assert (both.unit, both.contact_level) == ("", 0.0)
+    np.testing.assert_array_equal(both.contact_time, 3e-4)
+    assert [note for note in both.notes if "different units ('N', 'V')" in note]
+
+
+@pytest.mark.parametrize("late", [-2.1e-3, 0.0147, 0.9])
+@pytest.mark.parametrize("stops", [None, [0, 1]])
+def test_a_load_cell_that_starts_late(late, stops):
+    """Filters of two modules at 2 kS/s are 20 ms apart: each impact was once there twice."""
+    rng = np.random.default_rng(15)
+    truth = np.cumsum(rng.uniform(0.03, 0.08, 200))
+    cells = []
+    for delay in (0.0, late):
+        seen = rng.random(200) > 0.05
+        time = truth[seen] + delay + 1e-5 * rng.standard_normal(np.count_nonzero(seen))
+        cells.append(Impacts(time, peak=np.ones(len(time)), unit="N", sensor="force"))
+    both = combine_impacts(cells, stops=stops)
+    assert both.delays[1] == pytest.approx(late, abs=5e-6)
+    assert len(both.impacts) <= 200
+    assert [note for note in both.impacts.notes if "start so late" in note]
+
+
+@pytest.mark.parametrize("spread", [1e-4, 3e-4])
+def test_stops_that_an_irregular_machine_hits_in_turn(spread):
+    """From stop to stop takes nearly as long each time, as for a delay, and less than `within`."""
+    rng = np.random.default_rng(10)
+    flights = np.abs(rng.normal([0.0182, 0.0794], [spread, 0.002], (120, 2)))
+    time = np.cumsum(flights)
+    cells = [
+        Impacts(one, peak=np.ones(120), unit="N", sensor="force") for one in (time[::2], time[1::2])
+    ]
+    assert len(combine_impacts(cells).impacts) == 240
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_impacts_of_a_second_share_is_no_drift(seed):
+    rng = np.random.default_rng(seed)
+    truth = np.cumsum(rng.uniform(0.03, 0.08, 300))
+    shared = 2e-6 * rng.standard_normal(30)[truth.astype(int)]
+    trains = [Impacts(truth, sensor="force"), Impacts(truth + shared, sensor="force")]
+    assert combine_impacts(trains).impacts.notes == ()

@@ -112,6 +112,35 @@ def test_corrections_beside_a_recording_are_made_again(corrected):
     assert len(table) == 4
 
 
+def test_a_renamed_recording_says_that_its_corrections_stayed_behind(corrected, capsys):
+    rig, changed = corrected
+    renamed = rig.rename(rig.with_name("shaker.wav"))
+    found = detect_impacts(renamed, sensor="force")
+    assert len(found) == len(TRUE)
+    (note,) = found.notes
+    assert "rig.wav.corrections.csv has 3 corrections of this recording" in note
+    assert found.apply_corrections(renamed).notes == (note,)
+    assert cli.main(["detect", str(renamed), "--sensor", "force"]) == 0
+    assert note in capsys.readouterr().err
+    (rig.parent / "rig.wav.corrections.csv").rename(rig.parent / "shaker.wav.corrections.csv")
+    found = detect_impacts(renamed, sensor="force")
+    np.testing.assert_array_equal(found.time, changed.time)
+    assert not found.notes
+
+
+def test_tables_of_other_recordings_are_no_ones_corrections(corrected):
+    """Those of a recording of other content, of one that is there, and damaged ones."""
+    rig, _ = corrected
+    copy = rig.with_name("copy.wav")
+    copy.write_bytes(rig.read_bytes())
+    assert not detect_impacts(copy, sensor="force").notes
+    rig.unlink()
+    rig.with_name("broken.wav.corrections.csv").write_text("no table")
+    samples, rate = soundfile.read(copy)
+    soundfile.write(rig.with_name("other.wav"), 0.5 * samples, rate, subtype="FLOAT")
+    assert not detect_impacts(rig.with_name("other.wav"), sensor="force").notes
+
+
 def test_two_people_who_correct_one_train_keep_both_their_corrections(rig):
     found = detect_impacts(rig, sensor="force")
     for by, wrong in (("Ann", 3), ("Bo", 7)):  # Bo has not read what Ann wrote

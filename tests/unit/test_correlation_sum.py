@@ -13,18 +13,10 @@ import impactsig
 from impactsig import Impacts, InvalidInput, correlation_sum
 from impactsig.reconstruct.sums import _counting, _pairs, correlation
 from tests import naive_reconstruct
+from tests.naive_reconstruct_embed import henon
 
 RNG = np.random.default_rng(4)
 NOISE = RNG.uniform(size=4000)
-
-
-def henon(n):
-    x, y, found = 0.1, 0.1, np.empty(n)
-    for i in range(-100, n):
-        x, y = 1 - 1.4 * x * x + y, 0.3 * x
-        if i >= 0:
-            found[i] = x
-    return found
 
 
 @pytest.mark.parametrize("kernel", ["pairs", "boxes", "trees"])

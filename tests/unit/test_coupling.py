@@ -8,7 +8,8 @@ from scipy import signal
 
 import impactsig
 from benchmarks.recordings import load_cell, score
-from impactsig.detect._force import Wanted, detect_force
+from impactsig.detect._force import detect_force
+from impactsig.detect._force_stretch import Wanted
 from impactsig.detect.instrument import coupling as _coupling
 from impactsig.detect.instrument.coupling_kernels import uncouple
 from impactsig.detect.search.judging import Level

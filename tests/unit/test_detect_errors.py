@@ -307,3 +307,23 @@ def test_no_impact_has_no_errors():
     assert len(found) == 0
     for name in ERRORS:
         assert getattr(found, name).shape == (0,)
+
+
+@pytest.mark.parametrize("level", [5e-324, 1e-200, 0.5, 1.0, 2.0])
+def test_contact_times_at_levels_within_the_noise(level):
+    """Their errors were 0 far below the noise, and half of the actual ones at half of it."""
+    rng, noise, contact = np.random.default_rng(8), 0.02, 6e-4
+    start = np.cumsum(rng.uniform(0.05, 0.15, 100))
+    peak = np.exp(rng.normal(0, 0.3, 100))
+    time = np.arange(int(50e3 * (start[-1] + 0.2))) / 50e3
+    samples = noise * rng.standard_normal(len(time))
+    for at, height in zip(start, peak, strict=True):
+        inside = (time >= at) & (time <= at + contact)
+        samples[inside] += height * np.sin(np.pi * (time[inside] - at) / contact)
+    level *= noise if level > 0.1 else 1.0
+    recording = impactsig.Recording(samples, 50e3)
+    found = impactsig.detect_impacts(recording, contact_level=level)
+    assert len(found) == 100
+    above = contact * (1 - 2 / np.pi * np.arcsin(level / peak))
+    z = (found.contact_time - above) / found.contact_time_error
+    assert 0.6 < np.sqrt(np.mean(z**2)) < 1.25

@@ -8,19 +8,19 @@ import pytest
 import soundfile
 from scipy import signal
 
-from benchmarks.recordings import microphone, score
+from benchmarks.recordings import coloured, microphone, score
 from benchmarks.sound_disturbances import reverberant
-from benchmarks.sound_timing import pink
 from impactsig.detect._merge import group_starts
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._cores import CORE, PER, cores_of, window_size
 from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import SAMPLED, Survey
 from impactsig.detect.sound._windows import windows
 from impactsig.detect.sound.deciding.decision import candidates
 from impactsig.detect.sound.deciding.doubt import Doubt
 from impactsig.detect.sound.powers.bands import degrees_of_freedom
-from impactsig.detect.sound.sound import detect_sound, scale_at
+from impactsig.detect.sound.sound import detect_sound
 from impactsig.errors import InvalidInput
 from impactsig.impacts import CLIPPED
 from tests import naive_sound
@@ -469,7 +469,7 @@ def test_impacts_that_ring_next_to_half_the_rate_are_found():
     for seed in range(2):
         rng = np.random.default_rng(seed)
         time = 0.4 + np.cumsum(rng.uniform(0.2, 0.4, 64))
-        x = add_knocks(0.1 * pink(rng, 20 * rate, rate), rate, time[::2])
+        x = add_knocks(0.1 * coloured(rng, 20 * rate, rate), rate, time[::2])
         add_knocks(x, rate, time[1::2], tone=0.494 * rate, peak=0.4)
         pairs = score(detect(x, rate).time, time, 5e-3)[2]
         missed += np.count_nonzero(time < 19.9) - len(pairs)

@@ -13,13 +13,9 @@ from scipy.optimize import minimize_scalar
 from benchmarks import sound_errors
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound.sound import (
-    detect_sound,
-    distinct,
-    scale_at,
-    shifted,
-    sound_lengths,
-)
+from impactsig.detect.sound._attacks import shifted
+from impactsig.detect.sound._scale import scale_at, sound_lengths
+from impactsig.detect.sound.sound import detect_sound, distinct
 from impactsig.detect.sound.timing import alike
 from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,

@@ -29,7 +29,7 @@ from impactsig.reconstruct.dimensions._slope import slope
 from impactsig.reconstruct.recognition import _periodic, _tones, lingering
 
 from .. import naive_reconstruct
-from ..series import cat, henon, lorenz_intervals, noisy, torus
+from ..series import autoregressive, cat, coloured, henon, lorenz_intervals, noisy, torus
 
 
 @pytest.fixture(scope="module")
@@ -188,20 +188,6 @@ def test_harmonics_and_sums_of_two_tones_are_no_further_frequencies():
     x = np.exp(np.cos(4.1 * k)) * (1 + 0.3 * np.cos(np.sqrt(3) * k))
     assert correlation_dimension(x).dimension == 2
     assert correlation_dimension(torus(500, frequencies=3)).dimension is None
-
-
-def coloured(count, exponent, rng):
-    """Gaussian noise of the spectrum 1 / f^exponent."""
-    frequency = np.fft.rfftfreq(count)
-    frequency[0] = frequency[1]
-    spectrum = rng.standard_normal((2, len(frequency))) * frequency ** (-exponent / 2)
-    return np.fft.irfft(spectrum[0] + 1j * spectrum[1], count)
-
-
-def autoregressive(count, weights, rng):
-    from scipy.signal import lfilter
-
-    return lfilter([1.0], [1.0, *(-np.array(weights))], rng.standard_normal(count + 200))[200:]
 
 
 NOISES = {

@@ -12,7 +12,6 @@ import pytest
 matplotlib.use("Agg")
 
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from impactsig import Experiment, InvalidInput, bifurcation_diagram, cli, plot, scenes
 from impactsig.report import analyse
@@ -30,11 +29,6 @@ def experiment(tmp_path_factory):
         record(place / "down" / f"{value:.1f}Hz.wav", value)
     (place / "up" / "23.0Hz.wav").write_bytes(b"RIFF <b>and no more")
     return Experiment.read(place, RIG, workers=1)
-
-
-@pytest.fixture
-def ax():
-    return Figure().subplots()
 
 
 def test_every_impact_is_drawn_at_its_value(experiment, ax):

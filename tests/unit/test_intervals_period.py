@@ -191,6 +191,28 @@ def test_correlated_noise_is_no_chaos(forcing_period, coefficients, bent):
         assert result.kind == "irregular", str(result)
 
 
+@pytest.mark.parametrize("missed", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("bent", [False, True])
+def test_correlated_noise_with_missed_impacts_is_not_surely_chaos(missed, bent):
+    """After a doubled interval a linear prediction is always wrong: p was 1 in all of these."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        values = scipy.signal.lfilter([1.0], [1.0, -0.9], rng.standard_normal(1600))[100:]
+        values = 0.2 * values / values.std()
+        times = np.cumsum(np.exp(values) if bent else 1 + values)
+        times = T * times[rng.random(len(times)) > missed]
+        result = impactsig.identify_period(Impacts.from_times(times))
+        assert result.probability["chaotic"] < 0.5, str(result)
+
+
+@pytest.mark.parametrize("missed", [0.02, 0.1])
+def test_chaos_with_missed_impacts_is_chaos(missed):
+    rng = np.random.default_rng(4)
+    times = np.cumsum(1 + 0.2 * henon(400, rng))
+    times = T * times[rng.random(len(times)) > missed]
+    assert impactsig.identify_period(Impacts.from_times(times)).kind == "chaotic"
+
+
 def henon(count, rng):
     x, y = rng.uniform(-0.1, 0.1, 2)
     values = np.empty(count + 100)

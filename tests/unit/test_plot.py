@@ -47,11 +47,6 @@ def impacts():
     )
 
 
-@pytest.fixture
-def ax():
-    return Figure().subplots()
-
-
 REASON = "the strongest response is 1.1e+03 N, below 5 $\\sigma$ of the noise of this recording"
 EMPTY = Impacts.from_times([], start=0.0, duration=1.0, reason=REASON)
 FAMILY = [

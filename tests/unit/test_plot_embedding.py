@@ -6,7 +6,6 @@ import pytest
 
 matplotlib.use("Agg")
 
-from matplotlib.figure import Figure
 
 import impactsig
 from tests import naive_reconstruct_embed as naive
@@ -20,11 +19,6 @@ RESULTS = [
     impactsig.averaged_false_neighbors,
     lambda x: impactsig.lyapunov_exponent(x, dimension=2),
 ]
-
-
-@pytest.fixture
-def ax():
-    return Figure().subplots()
 
 
 @pytest.mark.parametrize("x", [NOISE, HENON, np.tile([1.0, 2.0, 4.0], 200) + 1e-3 * NOISE[:600]])

@@ -28,11 +28,6 @@ from impactsig import (
 FAMILY = [plot.phase_portrait, plot.time_history, plot.power_spectrum]
 
 
-@pytest.fixture
-def ax():
-    return Figure().subplots()
-
-
 @pytest.fixture(scope="module")
 def periodic():
     return simulate(scenes.karpodinis(22.1), periods=60, transient=500)

@@ -16,7 +16,6 @@ from impactsig import (
     LoadCell,
     Microphone,
     Recording,
-    cli,
     detect_impacts,
     detect_many,
     match_impacts,
@@ -33,6 +32,7 @@ from impactsig.report.contents import parameters
 from impactsig.report.interactive import numbers
 from impactsig.report.reproduction import command, python_lines
 from impactsig.report.tables import table
+from tests.command import run
 
 RATE = 50_000
 
@@ -73,13 +73,6 @@ def rig(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(rig):
     return analyse(rig[0], channel=["left", "right"], stops=[0, 1])
-
-
-def run(*words):
-    try:
-        return cli.main([str(word) for word in words])
-    except SystemExit as leave:
-        return leave.code
 
 
 def test_detect_makes_one_train_of_two_channels(rig, tmp_path):

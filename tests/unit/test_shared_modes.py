@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from benchmarks.recordings import score
-from benchmarks.sound_timing import MODES, band_limited, crossing, pink
+from benchmarks.recordings import coloured, score
+from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
 from impactsig.detect.sound.timing._edge import (
@@ -414,7 +414,7 @@ def test_evidence_is_the_integral_of_the_probability():
 @pytest.mark.parametrize("error", [0.0, 1e6])
 def test_noise_is_white_behind_what_whitens_it(error):
     rng, taps = np.random.default_rng(14), high_pass(RATE)
-    noise = pink(rng, 200_000, RATE)
+    noise = coloured(rng, 200_000, RATE)
     white = whitening(noise[:144_000].reshape(-1, 36), taps, RATE, error)
     np.testing.assert_allclose(white, white[::-1], atol=1e-12)
     # Power in bands of 500 Hz between the high-pass filter and half the rate.

@@ -48,6 +48,15 @@ def test_a_period_is_a_line():
     assert "<th>jitter</th>" in page
 
 
+def test_what_is_printed_is_what_describe_says():
+    told = [kind for kind in RESULTS.values() if hasattr(kind, "describe")]
+    assert len(told) > 20
+    assert {kind.__str__ for kind in told} == {Shown.__str__}
+    found = im.ordinal_patterns([4, 7, 9, 10, 6, 11, 3], 2)
+    assert str(found) == found.describe()
+    assert "\n" not in repr(found)
+
+
 def test_a_result_that_is_drawn_has_a_picture():
     _, page = look(im.interval_histogram([1.0, 1.1, 1.9], bins=2))
     assert '<img alt="Figure of this IntervalHistogram"' in page

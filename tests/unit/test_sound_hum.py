@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from impactsig import Recording, detect_impacts
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.powers.bands import bands_at
 from impactsig.detect.sound.powers.hum import centres, filtered, high_pass, lowest
-from impactsig.detect.sound.sound import scale_at
 
 SECONDS = 20.0
 HARMONICS = 1, 2, 3, 5, 7, 9

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from benchmarks.recordings import score
-from benchmarks.sound_timing import pink
+from benchmarks.recordings import coloured, score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._nearby import (
     greatest_near,
@@ -79,7 +78,7 @@ def test_codes_that_toggle_in_a_quiet_record_are_no_impacts(seed):
     time = 0.3 + np.cumsum(rng.uniform(0.3, 1.0, 15))
     x = knocks(rng, time, (300.0, 1500.0), 4e-3, time[-1] + 0.5, 44_100)
     step = 1.0 / 40
-    x = step * np.round(x / step + 0.3 * pink(rng, len(x), 44_100))
+    x = step * np.round(x / step + 0.3 * coloured(rng, len(x), 44_100))
     found = detect(x, 44_100)
     assert score(found.time, time, 10e-3)[0] > 0.93
     assert any("converter" in note for note in found.notes)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.powers._spectrum_kernels import LANES, order_after, radices_of
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at
-from impactsig.detect.sound.sound import scale_at
 from tests import naive_sound
 
 

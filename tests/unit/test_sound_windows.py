@@ -13,9 +13,9 @@ from impactsig.detect.sound import _cores
 from impactsig.detect.sound._attack_kernels import counting_as_one
 from impactsig.detect.sound._core_kernels import CHANGES, extremes
 from impactsig.detect.sound._cores import cores_of, reaching, window_size
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
-from impactsig.detect.sound.sound import scale_at
 
 
 def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):

@@ -7,8 +7,7 @@ import gc
 import numba
 import numpy as np
 import pytest
-from numba.core.registry import cpu_target
-from numba.core.runtime import _nrt_python, rtsys
+from numba.core.runtime import rtsys
 
 from impactsig._compiling._linking import linked_once
 
@@ -67,14 +66,6 @@ def kept_in_turn(count):
             pair = (last, i)
         total += pair[0][-1] + pair[0].shape[0] * pair[1]
     return total, last
-
-
-@pytest.fixture
-def counted():
-    rtsys.initialize(cpu_target.target_context)
-    _nrt_python.memsys_enable_stats()
-    yield
-    _nrt_python.memsys_disable_stats()
 
 
 @pytest.mark.usefixtures("counted")

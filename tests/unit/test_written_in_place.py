@@ -10,8 +10,7 @@ import numba
 import numpy as np
 import pytest
 from numba.core.event import install_recorder
-from numba.core.registry import cpu_target
-from numba.core.runtime import _nrt_python, rtsys
+from numba.core.runtime import rtsys
 
 from impactsig._compiling._linking import KNOWN, linked_once
 
@@ -61,14 +60,6 @@ def test_extremes_are_those_of_python(kind):
         assert all(map(same, found, plain(*given)))
         expected = [max(given[:2]), min(given[:2]), max(given), min(given)]
         assert all(same(float(a), float(b)) for a, b in zip(found, expected, strict=False))
-
-
-@pytest.fixture
-def counted():
-    rtsys.initialize(cpu_target.target_context)
-    _nrt_python.memsys_enable_stats()
-    yield
-    _nrt_python.memsys_disable_stats()
 
 
 @pytest.mark.usefixtures("counted")

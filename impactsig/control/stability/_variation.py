@@ -171,6 +171,6 @@ def laps_in(feedback: DelayedFeedback, period: float, told: str) -> int:
     if laps < 1 or abs(feedback.delay - laps * period) > 1e-12 * feedback.delay:
         raise InvalidInput(
             "delay", feedback.delay, f"a multiple of {told}",
-            "With another the orbit is not one of what is controlled",
+            "With another delay it is no orbit of the controlled system",
         )  # fmt: skip
     return laps

@@ -154,9 +154,9 @@ class SilentShooting(OscillatorShooting):
         found = orbit_stability(orbit, self.feedback, laps=40)
         if not len(found.multipliers):
             raise InvalidInput(
-                "system", self.system, "feedback under which differences go by a linear map",
-                'signal="displacement" or a soft stop leaves one; orbit_stability() has the growth '
-                "of differences without",
+                "system", self.system, "feedback under which deviations follow a linear map",
+                'Use signal="displacement" or a soft stop; orbit_stability() gives the growth of '
+                "deviations without a linear map",
             )  # fmt: skip
         values = found.multipliers
         if values[-1].imag and not np.isclose(values[-1], values[-2].conjugate()):

@@ -26,9 +26,23 @@ class Survey:
     samples: int = 0
     lowest: float = math.inf
     highest: float = -math.inf
+    at_lowest: int = 0  # blocks that reach it
+    at_highest: int = 0
     repeats: bool = False  # values, so that there may be dropouts
     segments: list[tuple[int, int]] = field(default_factory=list)  # first sample, length
     frames: list[tuple[np.ndarray, int]] = field(default_factory=list)  # and its steepest sample
+
+    def extend(self, low: np.ndarray, high: np.ndarray) -> None:
+        """Extend the range by the least and greatest values of blocks."""
+        lowest, highest = float(low.min()), float(high.max())
+        if lowest <= self.lowest:
+            blocks = int(np.count_nonzero(low == lowest))
+            self.at_lowest = blocks + (self.at_lowest if lowest == self.lowest else 0)
+            self.lowest = lowest
+        if highest >= self.highest:
+            blocks = int(np.count_nonzero(high == highest))
+            self.at_highest = blocks + (self.at_highest if highest == self.highest else 0)
+            self.highest = highest
 
     @property
     def strong(self) -> list[np.ndarray]:
@@ -48,8 +62,7 @@ def survey(stream: Iterable[Frame], copy: bool) -> Survey:
         if may_repeat(x):
             record.repeats, x = True, without_dropouts(x)
         low, high = block_ranges(x)
-        record.lowest = min(record.lowest, float(low.min()))
-        record.highest = max(record.highest, float(high.max()))
+        record.extend(low, high)
         # The range within a block tells a pulse from drift.
         extents = high - low
         steepest = int(np.argmax(extents))

@@ -127,16 +127,31 @@ def with_level(x, level, share, errors, seen):
     # Between two samples their noise counts by (1 - f)^2 + f^2, 2/3 in the mean.
     noise = math.sqrt(2.0 / 3.0) * seen.noise * math.hypot(early, late)
     contact = math.hypot(noise, beside * (early + late))
+    contact = math.hypot(contact, _noise_above(level, seen.noise))
     return Errors(errors.start, contact, errors.peak, errors.impulse)
+
+
+@kernel
+def _noise_above(level, noise):
+    """Root mean square of the samples after either end of a pulse in which noise exceeds a level.
+
+    They are geometrically distributed; mean and variance of both ends add up.
+    """
+    if noise <= 0.0:
+        return 0.0
+    chance = 0.5 * math.erfc(math.sqrt(0.5) * level / noise)
+    mean = chance / (1.0 - chance)
+    return math.sqrt(4.0 * mean**2 + 2.0 * mean / (1.0 - chance))
 
 
 @kernel
 def _steepness(x, step, limit, level, seen):
     """Samples per unit of height of an edge, around a level."""
-    wide = min(max(2.0 * seen.noise, 0.05 * level), 0.5 * level)
-    low = crossing(x, seen.top, step, limit, level - wide)
-    high = crossing(x, seen.top, step, limit, min(level + wide, 0.5 * (level + x[seen.top])))
-    return abs(low - high) / (wide + min(wide, 0.5 * (x[seen.top] - level)))
+    wide = max(2.0 * seen.noise, 0.05 * level, 1e-300)
+    below, above = min(wide, 0.5 * level), min(wide, 0.5 * (x[seen.top] - level))
+    low = crossing(x, seen.top, step, limit, level - below)
+    high = crossing(x, seen.top, step, limit, level + above)
+    return abs(low - high) / (below + above)
 
 
 @kernel

@@ -14,9 +14,7 @@ FALSE_SHARE = 0.0005
 """of the impacts found."""
 
 
-def discovery_level(
-    responses: np.ndarray, widths: float, seconds: float, least: float = LEAST_SIGMA
-) -> float:
+def discovery_level(responses: np.ndarray, widths: float, seconds: float) -> float:
     """Level, in sigma, above which hardly any of the `responses` is noise.
 
     The lowest at which Gaussian noise would exceed it FALSE_RATE times a second, or once for
@@ -33,8 +31,8 @@ def discovery_level(
     seconds : float
         How long it is.
     """
-    lowest = _level(float(widths), float(seconds), least)
-    ordered = np.sort(responses[(responses >= least) & (responses < lowest)])[::-1]
+    lowest = _level(float(widths), float(seconds))
+    ordered = np.sort(responses[(responses >= LEAST_SIGMA) & (responses < lowest)])[::-1]
     higher = int(np.count_nonzero(responses >= lowest))
     return _lowered(np.ascontiguousarray(ordered), higher, float(widths), lowest)
 
@@ -50,10 +48,10 @@ def _lowered(ordered: np.ndarray, rank: int, widths: float, lowest: float) -> fl
 
 
 @kernel
-def _level(widths: float, seconds: float, least: float) -> float:
+def _level(widths: float, seconds: float) -> float:
     """The lowest level with FALSE_RATE exceedances per second."""
     rare = FALSE_RATE * seconds / max(widths, 1.0)
-    low, high = least, 40.0
+    low, high = LEAST_SIGMA, 40.0
     if excursions(low) <= rare:
         return low
     for _ in range(30):

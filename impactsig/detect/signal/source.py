@@ -149,7 +149,11 @@ def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
         if block.samples.shape[1] > 1:
             listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(block.channels))
             raise InvalidInput(
-                "channel", None, f"one of {listed}", "Impacts are detected in one channel"
+                "channel",
+                None,
+                f"one of {listed}",
+                "Impacts are detected in one channel; give a list of channels if they are sensors "
+                "of one machine",
             )
         block = block.channel(0)
     return np.ascontiguousarray(block.samples)

@@ -39,8 +39,8 @@ the growth of their power (`_growth.py`).
 Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
 
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
-of the record; then attacks are timed. Results do not depend on how the record is divided into
-blocks.
+of the record; then `_attacks.py` times the attacks of those that `_choosing.py` keeps. Results do
+not depend on how the record is divided into blocks.
 """
 
 from __future__ import annotations
@@ -51,25 +51,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import InvalidInput
 from ...impacts import CLIPPED
 from .._asked import parse_probability
 from ..signal.stream import Piece, refuse_huge
-from ._attack_kernels import clipped_after, measure
-from ._clicks import BESIDE as CLICK
-from ._clicks import are_clicks, lone_samples, repaired, repairs
+from ._attacks import Attacks
+from ._choosing import choose
+from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
 from ._cores import cores_of, window_size
-from ._growth import Growth
-from ._kernels import GROUP, Scale
+from ._kernels import Scale
 from ._memory import keep_memory
-from ._nearby import middle, middles
+from ._nearby import middles
+from ._scale import scale_at
 from ._survey import Survey
 from ._windows import windows
-from .deciding.calibrated import calibrated
-from .deciding.decision import LATER, SOONER, candidates
-from .deciding.doubt import EVEN, Doubt
-from .deciding.gradual import gradual_odds, most_odds_beside, steady_odds
+from .deciding.doubt import Doubt
 from .deciding.notes import (
     click_notes,
     codec_notes,
@@ -80,21 +76,8 @@ from .deciding.notes import (
     swell_notes,
     voice_notes,
 )
-from .deciding.swells import crowds, most_odds, sharpness
-from .powers.hum import filtered, high_pass
-from .timing.alike import Lengths, Overlay, lengths_at
-from .timing.shared_modes import SharedModes
+from .powers.hum import high_pass
 
-LONGEST_HOP = 0.5e-3  # [s]
-FORWARD = 4e-3  # [s]
-PAST = 4e-3  # [s]
-SPACING = 3e-3  # [s], between impacts
-LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed in
-SLOPE = 0.25e-3  # [s], of the straight line they are taken from
-BESIDE = 40e-3  # [s], beside a window in which attacks are timed
-COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
-RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
-CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -111,16 +94,6 @@ class SoundImpacts(NamedTuple):
     reason: str  # why there are none
     notes: tuple[str, ...]  # what makes them doubtful
     time_error: np.ndarray  # standard error of the instants [s]
-
-
-class Chosen(NamedTuple):
-    """The impacts of a passage, before their attacks are timed."""
-
-    frame: np.ndarray
-    coarse: np.ndarray
-    spread: np.ndarray
-    probability: np.ndarray
-    steady: np.ndarray  # log-odds but for the attack, where a rise may be gradual; else infinite
 
 
 def detect_sound(
@@ -159,7 +132,7 @@ def detect_sound(
         sizes = (np.ldexp(v, power) for v in (found.peak, found.threshold, found.noise))
         peak, threshold, noise = sizes
         return found._replace(peak=peak, threshold=float(threshold), noise=float(noise))
-    found, clicks = search(gathered, pieces, rate, scale, least_probability)
+    found, clicks = search(gathered, pieces, rate, least_probability)
     if not clicks:
         return found
     places, values = repairs(windows(pieces(), window_size(scale)), rate)
@@ -168,7 +141,7 @@ def detect_sound(
         return repaired(pieces(), places, values)
 
     gathered = surveyed(mended, rate, scale)
-    found, more = search(gathered, mended, rate, scale, least_probability)
+    found, more = search(gathered, mended, rate, least_probability)
     return found._replace(notes=(*found.notes, *click_notes(len(places) + more)))
 
 
@@ -220,13 +193,11 @@ def search(
     gathered: Surveyed,
     pieces: Callable[[], Iterable[Piece]],
     rate: float,
-    scale: Scale,
     least_probability: float,
 ) -> tuple[SoundImpacts, int]:
     """The impacts but for clicks of single samples, and the number of these."""
     survey, limits, samples = gathered
-    lowest, highest = limits.least, limits.greatest
-    if not samples or lowest == highest:
+    if not samples or limits.least == limits.greatest:
         reason = "the record is constant" if samples else "the record has no valid sample"
         none = np.empty(0)
         flags = np.empty(0, np.uint8)
@@ -234,86 +205,20 @@ def search(
     backgrounds = survey.backgrounds
     noise = noise_rms(middles(np.stack(backgrounds.noise)), backgrounds.gains)
     doubt = Doubt()
-    chosen, likeliest, left_out = choose(survey, least_probability, rate, doubt)
-    lengths = sound_lengths(rate, scale)
-    modes = SharedModes(rate, scale.short_lag, scale.slope)
-    overlay = Overlay(lengths, modes.last)
-    growth = Growth(rate, lengths.before)
-    found, chances, spreads = [np.empty((0, 5))], [np.empty(0)], [np.empty(0)]
-    single, sharp = [np.empty(0, np.bool_)], [np.empty((2, 0))]
-    gradual = [np.empty(0)]
-    crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
-    more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
-    taps = survey.taps
-    # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
-    clear = survey.hum_crest + CLEAR_OF_HUM + 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
-    if taps is not None and loudness_of(survey, chosen) > clear:
-        taps = None
-    size = window_size(scale)
-    for window in windows(pieces() if chosen else [], size):
-        if window.segment not in chosen:
-            continue
-        passage, first = chosen[window.segment], window.first // scale.hop
-        here = slice(*np.searchsorted(passage.frame, (first, first + size // scale.hop)))
-        places = (more + passage.frame[here] - first) * scale.hop
-        if not len(places):
-            continue
-        raw, valid = window.samples(more * scale.hop, more * scale.hop, scale.hop)
-        x = raw if taps is None else filtered(raw, taps)
-        for k in np.flatnonzero(passage.coarse[here]):
-            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
-        out, sounds = np.empty((len(places), 5)), np.empty((len(places), lengths.length))
-        measure(x, places, valid, (lowest, highest), scale, out, sounds)
-        if taps is not None:
-            clipped_after(raw, out[:, 0], valid, (lowest, highest), scale, out[:, 2])
-        single.append(np.empty(len(places), np.bool_))
-        lone_samples(raw, out[:, 0], valid, round(CLICK * rate), scale.reach, single[-1])
-        sharp.append(np.full((2, len(places)), np.nan))
-        dense = crowded[window.segment][here]
-        if dense.any():
-            lags = scale.long_lag, scale.slope
-            sharp[-1][:, dense] = sharpness(x, out[dense, 0], valid, rate, *lags)
-        lags = scale.short_lag, scale.slope
-        gradual.append(gradual_odds(x, out[:, 0], passage.steady[here], valid, rate, lags))
-        modes.add(x, valid, out[:, 0])
-        overlay.add(sounds, np.sqrt(out[:, 3]))
-        growth.add(sounds[passage.probability[here] >= EVEN])
-        out[:, 0] += window.segment + window.first - more * scale.hop
-        found.append(out)
-        chances.append(passage.probability[here])
-        spreads.append(passage.spread[here])
-    columns = np.concatenate(found)
-    likely = np.concatenate(chances)
-    in_order = np.maximum.accumulate(columns[:, 0]) / rate
-    most = most_odds(in_order, likely >= EVEN, *np.concatenate(sharp, axis=1))
-    sudden = most_odds_beside(in_order, np.concatenate(gradual), likely >= EVEN)
-    most = np.minimum(most, sudden)
-    swells = likely >= least_probability
-    before = likely
-    likely = np.minimum(likely, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
-    doubt.turn(before, likely)
+    chosen, likeliest, left_out = choose(survey, least_probability, doubt)
+    attacks = Attacks(survey, chosen, (limits.least, limits.greatest))
+    for window in windows(pieces() if chosen else [], window_size(survey.scale)):
+        attacks.add(window)
+    measured = attacks.measured()
+    likely = measured.probabilities(rate)
+    doubt.turn(measured.probability, likely)
     enough = likely >= least_probability
-    swells &= ~enough
-    (by_wave, wave_error), by_modes = overlay.timing(), modes.timing()
-    # If an attack is off by more than the largest shift, the waveform is fitted a period beside.
-    by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
-    apart = np.abs(by_wave - by_mode)
-    beside = np.fmax(lengths.agree, 5.0 * by_modes.error)
-    within = np.abs(by_mode) <= lengths.far
-    alike = np.isfinite(by_wave) & (within | (apart <= beside))
-    instant = shifted(columns[:, 0], np.where(alike, by_wave, by_modes.shift))
-    spread = rate * np.concatenate(spreads)
-    by_attack = np.hypot(np.hypot(attack_errors(columns), spread), growth.spread())
-    # Where noise hides an attack, modes are now and then those of the noise beside the sound.
-    hidden = np.hypot(np.sqrt(columns[:, 3]), spread)
-    astray = np.minimum(hidden, hidden**3 / (0.5 * scale.reach) ** 2)
-    error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
-    error = np.where(instant == columns[:, 0], by_attack, error)
-    # What may be no impact may as well begin anywhere within reach of where it was found.
-    error = np.hypot(error, (1.0 - likely) ** 1.5 * scale.reach / math.sqrt(3.0))
-    clicks = are_clicks(np.concatenate(single))
+    swells = (measured.probability >= least_probability) & ~enough
+    instant, error, alike = attacks.instants(measured, likely)
+    clicks = are_clicks(measured.lone)
+    _, peak, clipped, _, _ = measured.attack.T
     reason = ""
-    heard = columns[:, 1] > 0.0  # in samples that are mostly 0, an attack may have none to show
+    heard = peak > 0.0  # in samples that are mostly 0, an attack may have none to show
     if not (heard & enough).any():
         reason = (
             "the power rises nowhere as it does at an impact: the likeliest one has a "
@@ -321,11 +226,11 @@ def search(
         )
     kept = distinct(instant, likely)
     kept = kept[heard[kept] & ~clicks[kept] & enough[kept]]
-    found_impacts = SoundImpacts(
+    found = SoundImpacts(
         instant[kept] / rate,
-        columns[kept, 1],
+        peak[kept],
         likely[kept],
-        (CLIPPED * columns[kept, 2]).astype(np.uint8),
+        (CLIPPED * clipped[kept]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
         float(alike[kept].mean()) if len(kept) else 0.0,
@@ -342,21 +247,7 @@ def search(
         ),
         error[kept] / rate,
     )
-    return found_impacts, int(np.count_nonzero(clicks))
-
-
-def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Instants of attack, shifted where a shift is known.
-
-    Where that would put two out of order, both stay as they are.
-    """
-    known = np.isfinite(shift)
-    while True:
-        instant = np.where(known, attack + shift, attack)
-        crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
-        if not len(crossed):
-            return instant
-        known[crossed] = known[crossed + 1] = False
+    return found, int(np.count_nonzero(clicks))
 
 
 def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
@@ -368,115 +259,6 @@ def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
         return np.arange(len(instant))
     order = np.lexsort((-likely, instant))
     return np.asarray(order[np.diff(instant[order], prepend=-np.inf) > 0])
-
-
-def attack_errors(columns: np.ndarray) -> np.ndarray:
-    """Standard errors of attacks [samples], from the results of `measure`.
-
-    If a filter rings before impacts, the ringing is detected earlier for some than for others, by
-    about the time from attack to clear sound of most.
-    """
-    late = RINGING[1] * quantile(columns[:, 4], RINGING[0]) if len(columns) else 0.0
-    return np.sqrt(columns[:, 3] + late**2)
-
-
-def quantile(values: np.ndarray, share: float) -> float:
-    """That of `np.quantile`, in a fraction of its time."""
-    ordered, place = np.sort(values), share * (len(values) - 1)
-    return float(np.interp(place, np.arange(len(values)), ordered))
-
-
-def scale_at(rate: float) -> Scale:
-    """Lengths of the detector at a sampling rate.
-
-    Raises
-    ------
-    InvalidInput
-        If the rate leaves no octave above 1 kHz, or is beyond that of any sound.
-    """
-    if not 4e3 <= rate <= 1e6:
-        raise InvalidInput(
-            "rate", rate, "4 kHz to 1 MHz for sound", 'Give sensor="force" for other records'
-        )
-    octaves = int(math.log2(rate * LONGEST_HOP))
-    hop = 2**octaves
-    past, forward, spacing = (max(round(t * rate / hop), 1) for t in (PAST, FORWARD, SPACING))
-    short_lag, long_lag = (max(round(rate / f), 1) for f in LAG_RATES)
-    slope = max(round(rate * SLOPE), 1)
-    reach = spacing * hop // 2
-    scale = Scale(hop, octaves, past, forward, spacing, short_lag, long_lag, slope, reach, 0)
-    return scale._replace(before=sound_lengths(rate, scale).before)
-
-
-def sound_lengths(rate: float, scale: Scale) -> Lengths:
-    """Lengths of the sounds that are compared; each ends before the next may begin."""
-    return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)
-
-
-class LeftOut(NamedTuple):
-    """Numbers of crests that are no impacts because many come together."""
-
-    pulses: int  # as those of a voice
-    crowded: int  # as of a rattle, or of a machine that hits as often
-
-
-def choose(
-    survey: Survey, least: float, rate: float, doubt: Doubt
-) -> tuple[dict[int, Chosen], float, LeftOut]:
-    """The impacts of each passage that has any, by its first sample.
-
-    The greatest probability as well, and what is left out because many come together. All
-    probabilities are added to the `doubt`, as they are before the record says how they turn out.
-    """
-    chosen, greatest, pulses, crowded = {}, 0.0, 0, 0
-    every = [candidates(one, survey.spread, survey.scale, rate) for one in survey.passages]
-    for found in every:
-        doubt.add(found.probability, found.odds)
-    groups = sum(len(part) for passage in survey.passages for part in passage.bands)
-    seconds = groups * GROUP * survey.scale.hop / rate
-    for passage, found in zip(survey.passages, every, strict=True):
-        found = found._replace(odds=calibrated(found.odds, doubt, seconds, survey.spread))
-        likely = found.probability
-        kept = likely >= min(least, EVEN)  # so that what is beside an impact is always the same
-        pulses += int(np.count_nonzero(found.pulse & (likely < least)))
-        crowded += int(np.count_nonzero(found.crowded & (likely < least)))
-        greatest = max(greatest, float(likely.max(initial=0.0)))
-        if kept.any():
-            frame, by_octaves = found.frame[kept], found.by_octaves[kept]
-            steady = steady_odds(passage, frame, by_octaves, survey.scale.hop / rate)
-            coarse, spread = found.coarse[kept], found.spread[kept]
-            chosen[passage.segment] = Chosen(frame, coarse, spread, likely[kept], steady)
-    return chosen, greatest, LeftOut(pulses, crowded)
-
-
-def loudness_of(survey: Survey, chosen: dict[int, Chosen]) -> float:
-    """Median loudness of the impacts that have a crest of C [neper of power]; 0 without any."""
-    every = [np.zeros(0)]
-    for passage in survey.passages:
-        if passage.segment in chosen:
-            place, loud = np.concatenate(passage.place), np.concatenate(passage.loud)
-            every.append(loud[np.isin(place, chosen[passage.segment].frame)])
-    values = np.concatenate(every)
-    return middle(values) if len(values) else 0.0
-
-
-def greatest_rise(
-    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
-) -> int:
-    """Frame near `place` at which the power rises most within COARSE."""
-    half = round(COARSE * rate)
-    edge = scale.spacing * scale.hop
-    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
-    high = min(place + round(LATER * rate) - edge, valid[1] - half)
-    if low >= high:
-        return place
-    near = x[low - half : high + half].astype(float)
-    total = np.concatenate(([0.0], np.cumsum((near - near.mean()) ** 2)))
-    sums = total[half:] - total[:-half]
-    least = np.finfo(float).eps * total[-1]
-    rise = (sums[half:] + least) / (sums[:-half] + least)
-    split = low + int(np.argmax(rise[: high - low]))
-    return split - split % scale.hop
 
 
 def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Equivalence of a soft and a rigid stop, contact by contact, and the best soft stop.
+"""Equivalence of a soft and a rigid stop, contact by contact.
 
 The mass reaches the stop at depth 0 with velocity x'_0 at some phase of the forcing and leaves it
 with x'_1 after the contact time t_1. What a rigid stop would have done differs from that by
@@ -124,7 +124,7 @@ class ContactSamples:
         count = whole("count", count, 1)
 
         def evenly(name: str, given: Any, positive: bool = True) -> np.ndarray:
-            low, high = _range(name, given, positive)
+            low, high = finite_range(name, given, positive)
             return rng.uniform(low, high, count)
 
         return cls(
@@ -214,142 +214,22 @@ def equivalence_error(
     if stop.ends != "gap":
         raise InvalidInput("stop", stop, 'a stop with ends="gap"')
     restitution = number("restitution", restitution, least=0.0, most=1.0)
-    samples = _samples(samples)
-    velocity, lasts = _errors(stop.stiffness, stop.damping, restitution, samples)
+    samples = samples_or_drawn(samples)
+    velocity, lasts = contact_errors(stop.stiffness, stop.damping, restitution, samples)
     if not np.all(np.isfinite(lasts)):
         raise InvalidInput("stop", stop, "one that lets go of the mass within a thousand periods")
-    return EquivalenceError(_rms(velocity, lasts), velocity, lasts, stop, restitution)
+    return EquivalenceError(rms_error(velocity, lasts), velocity, lasts, stop, restitution)
 
 
-@dataclass(frozen=True)
-class SoftStopFit(Shown):
-    """The soft stop that is closest to a rigid one.
-
-    Attributes
-    ----------
-    stop : KelvinVoigt
-        The stop found.
-    error : EquivalenceError
-        How far it is from the rigid one.
-    course : numpy.ndarray
-        Least e_g so far, after each generation.
-    evaluations : int
-        Number of evaluations of e_g.
-    converged : bool
-        Whether all members of the last generation agreed; if not, the limit of `evaluations` was
-        reached.
-    at_edge : tuple of str
-        Which of "stiffness" and "damping" are at a bound, so that wider bounds would give another
-        stop. The stiffness always is, since the contact time decreases with increasing stiffness
-        without a limit.
-
-    See Also
-    --------
-    fit_soft_stop, results.EquivalenceError
-
-    Examples
-    --------
-    >>> from impactsig import fit_soft_stop
-    >>> found = fit_soft_stop(0.85, evaluations=200, seed=0)
-    >>> found.evaluations, "stiffness" in found.at_edge
-    (200, False)
-    """
-
-    stop: KelvinVoigt
-    error: EquivalenceError = field(repr=False)
-    course: np.ndarray = field(repr=False)
-    evaluations: int
-    converged: bool
-    at_edge: tuple[str, ...]
-
-
-def fit_soft_stop(
-    restitution: float,
-    *,
-    stiffness: Range = (10.0, 1e4),
-    damping: Range = (0.1, 1e3),
-    samples: ContactSamples | None = None,
-    seed: Seed = None,
-    evaluations: int = 10_000,
-) -> SoftStopFit:
-    """Find the soft stop with the least e_g, by annealed differential evolution [Tian]_.
-
-    The search variables are the logarithms of stiffness and damping. The method is differential
-    evolution towards the best member, with self-adapting step and crossover, and Metropolis
-    acceptance of worse trials at a decreasing temperature. Values outside the bounds are set to the
-    bounds.
-
-    Parameters
-    ----------
-    restitution : float
-        Restitution coefficient of the rigid stop, 0 to 1.
-    stiffness, damping : (float, float)
-        Bounds, in the units of `equivalence_error`; the greatest stiffness is that of the paper,
-        the others are our choice.
-    samples : ContactSamples, optional
-        The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
-    seed : int, SeedSequence or Generator, optional
-        Of the search. The same seed gives the same result; a Generator is advanced.
-    evaluations : int
-        Greatest number of evaluations of e_g.
-
-    Raises
-    ------
-    InvalidInput
-        If an argument is out of range.
-
-    See Also
-    --------
-    equivalence_error, match_rate, stop_damping
-
-    Examples
-    --------
-    >>> from impactsig import fit_soft_stop, stop_restitution
-    >>> found = fit_soft_stop(0.85, evaluations=1000)
-    >>> restitution = stop_restitution(found.stop.stiffness, found.stop.damping)
-    >>> round(restitution, 2)
-    0.85
-    """
-    restitution = number("restitution", restitution, least=0.0, most=1.0)
-    evaluations = whole("evaluations", evaluations, 100)
-    given = [_range("stiffness", stiffness), _range("damping", damping)]
-    samples = _samples(samples)
-    rng = streams(seed, 1)[0]
-    from ._annealed_evolution import minimise
-
-    def objective(x: np.ndarray) -> float:
-        error = _rms(*_errors(math.exp(x[0]), math.exp(x[1]), restitution, samples))
-        return error if math.isfinite(error) else 1e300
-
-    low, high = np.log(np.array(given)).T
-    found = minimise(objective, low, high, rng, 1e-6, evaluations)
-    ends = ((low, [pair[0] for pair in given]), (high, [pair[1] for pair in given]))
-    best = np.exp(found.x)
-    at_edge = []
-    for n, name in enumerate(("stiffness", "damping")):
-        for edge, value in ends:
-            if found.x[n] == edge[n]:
-                best[n] = value[n]  # to the digit that was given
-                at_edge.append(name)
-    stop = KelvinVoigt(*best)
-    return SoftStopFit(
-        stop,
-        equivalence_error(stop, restitution, samples),
-        found.course,
-        found.evaluations,
-        found.converged,
-        tuple(at_edge),
-    )
-
-
-def _samples(given: ContactSamples | None) -> ContactSamples:
+def samples_or_drawn(given: ContactSamples | None) -> ContactSamples:
+    """The contacts given, or those of seed 0."""
     if given is None:
         return ContactSamples.draw(seed=0)
     instance("samples", given, ContactSamples, "ContactSamples(...) or None")
     return given
 
 
-def _errors(
+def contact_errors(
     stiffness: float, damping: float, restitution: float, samples: ContactSamples
 ) -> tuple[np.ndarray, np.ndarray]:
     """e_1 and e_2 of every contact."""
@@ -370,11 +250,13 @@ def _errors(
     return leaves + restitution * samples.velocity, lasts
 
 
-def _rms(velocity: np.ndarray, lasts: np.ndarray) -> float:
+def rms_error(velocity: np.ndarray, lasts: np.ndarray) -> float:
+    """The error e_g, from e_1 and e_2 of every contact."""
     return math.sqrt(np.mean(velocity**2 + lasts**2))
 
 
-def _range(name: str, given: Any, positive: bool = True) -> tuple[float, float]:
+def finite_range(name: str, given: Any, positive: bool = True) -> tuple[float, float]:
+    """Two finite numbers that are not negative, or positive, the lesser first."""
     try:
         low, high = map(float, given)
     except Exception:

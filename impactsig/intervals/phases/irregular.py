@@ -14,6 +14,8 @@ NEIGHBORS = 6
 SHUFFLES = 99
 LEAST_VECTORS = 40
 MOST_VECTORS = 2000
+AROUND, MERGED = 3, 1.5  # intervals to either side, and times their median that two together are
+MOST_MERGED = 0.25  # share of the intervals, from which on long ones belong to the motion
 
 
 def chaos_odds(warps: Warps | None, intervals: np.ndarray) -> float:
@@ -39,17 +41,42 @@ def chaos_odds(warps: Warps | None, intervals: np.ndarray) -> float:
 
 
 def _prediction_odds(intervals: np.ndarray) -> float:
+    """Log-odds by prediction, with and without intervals in which impacts may have been missed.
+
+    After the sum of two intervals a linear prediction is wrong, and so wrong in the same way each
+    time, that a linear process appears to be nonlinear.
+    """
+    # by a power of two, so that squares are numbers and nothing else changes
+    intervals = np.ldexp(intervals, -np.frexp(intervals.max(initial=0.0))[1])
+    if len(intervals) < LEAST_VECTORS + 2 or not np.ptp(intervals) > 0:
+        return 0.0
+    triples = np.lib.stride_tricks.sliding_window_view(intervals, 3)[:MOST_VECTORS]
+    odds = _predicted(triples)
+    merged = _may_be_merged(intervals)
+    if odds > 0 and 0 < np.mean(merged) < MOST_MERGED:
+        whole = ~np.lib.stride_tricks.sliding_window_view(merged, 3)[:MOST_VECTORS].any(axis=1)
+        odds = min(odds, _predicted(triples[whole]))
+    return odds
+
+
+def _may_be_merged(intervals: np.ndarray) -> np.ndarray:
+    """Which intervals are much longer than those around them."""
+    padded = np.pad(intervals, AROUND, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND + 1)
+    usual: np.ndarray = np.median(np.delete(around, AROUND, axis=1), axis=1)
+    return intervals > MERGED * usual
+
+
+def _predicted(triples: np.ndarray) -> float:
+    """Log-odds that the third interval follows from the first two, beyond a linear prediction."""
     from scipy.spatial import cKDTree
     from scipy.special import log_ndtr
 
-    # by a power of two, so that squares are numbers and nothing else changes
-    intervals = np.ldexp(intervals, -np.frexp(intervals.max(initial=0.0))[1])
-    vectors = np.column_stack((intervals[:-2], intervals[1:-1]))[:MOST_VECTORS]
-    n = len(vectors)
-    if n < LEAST_VECTORS or not np.ptp(intervals) > 0:
+    n = len(triples)
+    if n < LEAST_VECTORS or not np.ptp(triples) > 0:
         return 0.0
-    future = _innovations(intervals[: MOST_VECTORS + 2])
-    near = cKDTree(vectors).query(vectors, NEIGHBORS + 1)[1]
+    future = _innovations(triples)
+    near = cKDTree(triples[:, :2]).query(triples[:, :2], NEIGHBORS + 1)[1]
     near = near[:, 1:]
     rng = np.random.default_rng(0)
     futures = np.empty((n, SHUFFLES + 1))
@@ -64,7 +91,7 @@ def _prediction_odds(intervals: np.ndarray) -> float:
     return float(-log_ndtr(deviation) - PREDICTED)
 
 
-def _innovations(intervals: np.ndarray) -> np.ndarray:
+def _innovations(triples: np.ndarray) -> np.ndarray:
     """What two intervals do not predict of the next, linearly in normal scores.
 
     Intervals of a Gaussian linear process seen through a monotone function leave what is
@@ -73,6 +100,6 @@ def _innovations(intervals: np.ndarray) -> np.ndarray:
     from scipy.special import ndtri
     from scipy.stats import rankdata
 
-    scores = ndtri((rankdata(intervals) - 0.5) / len(intervals))
-    columns = np.column_stack((np.ones(len(scores) - 2), scores[:-2], scores[1:-1]))
-    return scores[2:] - columns @ np.linalg.lstsq(columns, scores[2:], rcond=None)[0]
+    scores = ndtri((rankdata(triples).reshape(-1, 3) - 0.5) / triples.size)
+    columns = np.column_stack((np.ones(len(scores)), scores[:, :2]))
+    return scores[:, 2] - columns @ np.linalg.lstsq(columns, scores[:, 2], rcond=None)[0]

@@ -60,7 +60,7 @@ def return_maps(
     >>> axes = plot.return_maps(trains)
     """
     if not isinstance(trains, Mapping) or not trains:
-        raise InvalidInput("trains", trains, "a mapping of one train or more, by their titles")
+        raise InvalidInput("trains", trains, "a mapping from titles to trains, not empty")
     pairs = {name: intervals.return_map(train, lag) for name, train in trains.items()}
     columns = min(len(pairs), COLUMNS)
     rows = math.ceil(len(pairs) / columns)

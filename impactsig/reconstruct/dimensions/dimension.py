@@ -112,7 +112,7 @@ class CorrelationDimension(Shown):
     reason : str
         Why there is no dimension.
     needed : str
-        What would be needed.
+        What would allow an estimate, such as a longer run.
     kaplan_yorke : KaplanYorke or None
         D1, if a contraction was given and the exponent could be estimated.
     period : int or None
@@ -234,9 +234,6 @@ class CorrelationDimension(Shown):
         )
 
     plot = drawn_on_figure_by("dimension", "it")
-
-    def __str__(self) -> str:
-        return self.describe()
 
 
 def _listed(one: ScaleSlope) -> str:

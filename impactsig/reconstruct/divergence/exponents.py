@@ -148,9 +148,6 @@ class LyapunovExponent(Shown):
                 words = f"neighbours stay together: {words}"
         return "; ".join((words, *self.warnings))
 
-    def __str__(self) -> str:
-        return self.describe()
-
     plot = drawn_by("stretch_curve", "the stretch curve and the region")
 
 

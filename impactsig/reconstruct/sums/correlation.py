@@ -151,9 +151,6 @@ class CorrelationSum(Shown):
 
     plot = drawn_on_figure_by("correlation_sum", "it")
 
-    def __str__(self) -> str:
-        return self.describe()
-
 
 def correlation_sum(
     x: Any,

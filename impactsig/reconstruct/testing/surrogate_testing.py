@@ -117,9 +117,6 @@ class SurrogateTest(Shown):
         )
         return "; but ".join((words, *self.warnings))
 
-    def __str__(self) -> str:
-        return self.describe()
-
     plot = drawn_by("surrogate_test", "the statistic among its surrogates")
 
 

@@ -35,7 +35,7 @@ class Motions(Shown, Sequence[Motion]):
     Attributes
     ----------
     systems : sequence of Oscillator
-        The simulated system.
+        The simulated oscillators.
     shape : tuple of int
         Shape of the arrays.
     start, duration : ndarray

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._compiling.compiled import njit
 
+REACH = 14.0  # time constants after which a decay is left out: 1e-6 of where it began
 ANCHOR = 1024  # samples after which a rotating phasor is set anew: rounding cannot add up
 
 
@@ -31,9 +32,8 @@ def add_decays(
     phase: np.ndarray,
     turn: float,
     decay: float,
-    reach: float,
 ) -> None:
-    """Add sinusoids that decay from `begin` on; they end after `reach` time constants.
+    """Add sinusoids that decay from `begin` on, until they are REACH time constants old.
 
     `begin` and `decay` are in samples, `turn` is the angle from one sample to the next.
     """
@@ -41,7 +41,7 @@ def add_decays(
     along, across = shrink * math.cos(turn), shrink * math.sin(turn)
     for i in range(len(begin)):
         first = max(math.ceil(begin[i]), 0)
-        last = min(len(samples), math.ceil(begin[i] + reach * decay))
+        last = min(len(samples), math.ceil(begin[i] + REACH * decay))
         since = first - begin[i]
         size = amplitude[i] * math.exp(-since / decay)
         c = size * math.cos(turn * since + phase[i])

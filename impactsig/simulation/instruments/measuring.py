@@ -227,7 +227,7 @@ def _count(
         return Spikes(truth.time, np.empty(0), np.empty(0, np.intp)), truth
     if not isinstance(given, Motion):
         raise InvalidInput(
-            "noise", noise, "a Motion to measure", "Impacts have no displacement to put it on"
+            "noise", noise, "a Motion to measure", "Impacts have no displacement to add it to"
         )
     return spikes(given, noise, rate, rng), truth
 

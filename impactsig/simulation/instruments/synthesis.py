@@ -17,7 +17,6 @@ from .sensors import LoadCell, Microphone
 
 Kind = Literal["force", "sound"]
 SPEED_OF_SOUND = 343.0  # [m/s], in air at 20 degrees C
-REACH = 14.0  # time constants after which a decay is left out: 1e-6 of where it began
 PINK_FROM = 20.0  # [Hz]; below it the room noise is white
 SETTLING = 0.2  # [s] in which the filter of the room noise forgets how it was started
 
@@ -180,7 +179,6 @@ def _add_contacts(
             np.zeros(len(impacts)),
             2 * np.pi * cell.ringing_frequency / rate,
             cell.ringing_decay * rate,
-            REACH,
         )
 
 
@@ -214,7 +212,6 @@ def _add_sounds(
                 phase[number_of_mode],
                 turn,
                 decay * rate,
-                REACH,
             )
 
 

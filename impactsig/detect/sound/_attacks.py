@@ -1,0 +1,201 @@
+"""Attacks of the impacts of a sound record, and their instants and standard errors.
+
+This is the second pass over the record. Every attack is timed in the window that holds it; where
+impacts sound alike their common waveform then gives the instants, where they share modes these do.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ._attack_kernels import clipped_after, measure
+from ._choosing import Chosen, loudness_of
+from ._clicks import BESIDE as CLICK
+from ._clicks import lone_samples
+from ._cores import window_size
+from ._growth import Growth
+from ._kernels import Scale
+from ._scale import LAG_RATES, sound_lengths
+from ._survey import Survey
+from ._windows import Window
+from .deciding.decision import LATER, SOONER
+from .deciding.doubt import EVEN
+from .deciding.gradual import gradual_odds, most_odds_beside
+from .deciding.swells import crowds, most_odds, sharpness
+from .powers.hum import filtered
+from .timing.alike import Overlay
+from .timing.shared_modes import SharedModes
+
+BESIDE = 40e-3  # [s], beside a window in which attacks are timed
+COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
+RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
+CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
+
+
+class Measured(NamedTuple):
+    """Attacks, and what they and the first pass tell of the impacts."""
+
+    attack: np.ndarray  # (n, 5), results of `measure`
+    probability: np.ndarray  # by the first pass
+    spread: np.ndarray  # of the instant by the first pass, where that is all there is [s]
+    lone: np.ndarray  # whether there is an isolated sample
+    sharp: np.ndarray  # abruptness e relative to swelling noise, and R; NaN where not asked for
+    rise: np.ndarray
+    gradual: np.ndarray  # log-odds that rises are sudden
+
+    def probabilities(self, rate: float) -> np.ndarray:
+        """Probabilities of impacts, with what the attacks tell."""
+        likely = self.probability >= EVEN
+        in_order = np.maximum.accumulate(self.attack[:, 0]) / rate
+        most = most_odds(in_order, likely, self.sharp, self.rise)
+        most = np.minimum(most, most_odds_beside(in_order, self.gradual, likely))
+        return np.minimum(self.probability, 1.0 / (1.0 + np.exp(-np.clip(most, -50.0, 50.0))))
+
+
+_EMPTY = np.empty(0)
+NONE = Measured(np.empty((0, 5)), _EMPTY, _EMPTY, np.empty(0, np.bool_), _EMPTY, _EMPTY, _EMPTY)
+
+
+class Attacks:
+    """Collects the attacks of chosen impacts, window by window.
+
+    `limits` are the least and the greatest sample of the record.
+    """
+
+    def __init__(
+        self, survey: Survey, chosen: dict[int, Chosen], limits: tuple[float, float]
+    ) -> None:
+        scale, rate = survey.scale, survey.rate
+        self.chosen, self.limits, self.scale, self.rate = chosen, limits, scale, rate
+        self.taps = survey.taps
+        # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
+        loud = 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
+        clear = survey.hum_crest + CLEAR_OF_HUM + loud
+        if self.taps is not None and loudness_of(survey, chosen) > clear:
+            self.taps = None
+        self.more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
+        self.size = window_size(scale) // scale.hop  # frames of a window
+        self.crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
+        self.lengths = sound_lengths(rate, scale)
+        self.modes = SharedModes(rate, scale.short_lag, scale.slope)
+        self.overlay = Overlay(self.lengths, self.modes.last)
+        self.growth = Growth(rate, self.lengths.before)
+        self.found = [NONE]
+
+    def add(self, window: Window) -> None:
+        """Time the attacks in the next window."""
+        if window.segment not in self.chosen:
+            return
+        scale, rate, margin = self.scale, self.rate, self.more * self.scale.hop
+        passage, first = self.chosen[window.segment], window.first // scale.hop
+        here = slice(*np.searchsorted(passage.frame, (first, first + self.size)))
+        places = margin + (passage.frame[here] - first) * scale.hop
+        if not len(places):
+            return
+        raw, valid = window.samples(margin, margin, scale.hop)
+        x = raw if self.taps is None else filtered(raw, self.taps)
+        for k in np.flatnonzero(passage.coarse[here]):
+            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
+        attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
+        measure(x, places, valid, self.limits, scale, attack, sounds)
+        if self.taps is not None:
+            clipped_after(raw, attack[:, 0], valid, self.limits, scale, attack[:, 2])
+        lone = np.empty(len(places), np.bool_)
+        lone_samples(raw, attack[:, 0], valid, round(CLICK * rate), scale.reach, lone)
+        sharp, rise = np.full((2, len(places)), np.nan)
+        dense = self.crowded[window.segment][here]
+        if dense.any():
+            lags = scale.long_lag, scale.slope
+            sharp[dense], rise[dense] = sharpness(x, attack[dense, 0], valid, rate, *lags)
+        lags = scale.short_lag, scale.slope
+        gradual = gradual_odds(x, attack[:, 0], passage.steady[here], valid, rate, lags)
+        probability = passage.probability[here]
+        self.modes.add(x, valid, attack[:, 0])
+        self.overlay.add(sounds, np.sqrt(attack[:, 3]))
+        self.growth.add(sounds[probability >= EVEN])
+        attack[:, 0] += window.segment + window.first - margin
+        spread = passage.spread[here]
+        self.found.append(Measured(attack, probability, spread, lone, sharp, rise, gradual))
+
+    def measured(self) -> Measured:
+        """The attacks of all windows."""
+        return Measured(*(np.concatenate(parts) for parts in zip(*self.found, strict=True)))
+
+    def instants(
+        self, measured: Measured, likely: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Instants and their standard errors [samples], and which are by the common waveform.
+
+        `likely` are the probabilities of impacts.
+        """
+        attack, reach = measured.attack, self.scale.reach
+        (by_wave, wave_error), by_modes = self.overlay.timing(), self.modes.timing()
+        # If an attack is off by more than the largest shift, the waveform is a period beside.
+        by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
+        apart = np.abs(by_wave - by_mode)
+        beside = np.fmax(self.lengths.agree, 5.0 * by_modes.error)
+        within = np.abs(by_mode) <= self.lengths.far
+        alike = np.isfinite(by_wave) & (within | (apart <= beside))
+        instant = shifted(attack[:, 0], np.where(alike, by_wave, by_modes.shift))
+        spread = self.rate * measured.spread
+        by_attack = np.hypot(np.hypot(attack_errors(attack), spread), self.growth.spread())
+        # Where noise hides an attack, modes are now and then those of the noise beside the sound.
+        hidden = np.hypot(np.sqrt(attack[:, 3]), spread)
+        astray = np.minimum(hidden, hidden**3 / (0.5 * reach) ** 2)
+        error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
+        error = np.where(instant == attack[:, 0], by_attack, error)
+        # What may be no impact may as well begin anywhere within reach of where it was found.
+        error = np.hypot(error, (1.0 - likely) ** 1.5 * reach / math.sqrt(3.0))
+        return instant, error, alike
+
+
+def greatest_rise(
+    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
+) -> int:
+    """Frame near `place` at which the power rises most within COARSE."""
+    half = round(COARSE * rate)
+    edge = scale.spacing * scale.hop
+    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
+    high = min(place + round(LATER * rate) - edge, valid[1] - half)
+    if low >= high:
+        return place
+    near = x[low - half : high + half].astype(float)
+    total = np.concatenate(([0.0], np.cumsum((near - near.mean()) ** 2)))
+    sums = total[half:] - total[:-half]
+    least = np.finfo(float).eps * total[-1]
+    rise = (sums[half:] + least) / (sums[:-half] + least)
+    split = low + int(np.argmax(rise[: high - low]))
+    return split - split % scale.hop
+
+
+def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Instants of attack, shifted where a shift is known.
+
+    Where that would put two out of order, both stay as they are.
+    """
+    known = np.isfinite(shift)
+    while True:
+        instant = np.where(known, attack + shift, attack)
+        crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
+        if not len(crossed):
+            return instant
+        known[crossed] = known[crossed + 1] = False
+
+
+def attack_errors(attack: np.ndarray) -> np.ndarray:
+    """Standard errors of attacks [samples], from the results of `measure`.
+
+    If a filter rings before impacts, the ringing is detected earlier for some than for others, by
+    about the time from attack to clear sound of most.
+    """
+    late = RINGING[1] * quantile(attack[:, 4], RINGING[0]) if len(attack) else 0.0
+    return np.sqrt(attack[:, 3] + late**2)
+
+
+def quantile(values: np.ndarray, share: float) -> float:
+    """That of `np.quantile`, in a fraction of its time."""
+    ordered, place = np.sort(values), share * (len(values) - 1)
+    return float(np.interp(place, np.arange(len(values)), ordered))
