@@ -39,9 +39,9 @@ FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
 """Standard deviation of a place somewhere between two samples."""
-BESIDE, BEHIND, HIGHEST = 3.0, 8, 1.5
-"""Knots beside a jump that overshoot, those behind them that tell how high it is, and logarithm of
-how much higher it may be than these.
+BESIDE, BEHIND, HIGHEST, ROUND = 3.0, 8, 1.5, 0.5
+"""Knots beside a jump that overshoot, those behind them that tell how high it is, logarithm of how
+much higher it may be than these, and share of that by which it is uncertain.
 """
 STEEP, SHORT = 1.5, 0.05
 """Samples, and share of the length, from the lowest of LEVELS to the highest: where both edges have
@@ -259,7 +259,9 @@ def _jump(edge, apart, width):
 def _crest_beside(mean, about, start, end, jumps, drops):
     """As `_crest`, of a mean pulse that jumps at `start` or drops at `end`; knots overshoot there.
 
-    The logarithm of the height of a jump is that of a line through the knots behind these.
+    The logarithm of the height of a jump is at most that of a line through the knots behind these.
+    Whether it is round, these do not tell: it may be lower by ROUND of the way from the first of
+    them to there.
     """
     beside = max(2.0 * math.exp(-about), BESIDE * mean.apart)
     low = start + beside if jumps else start
@@ -283,8 +285,9 @@ def _crest_beside(mean, about, start, end, jumps, drops):
         error = math.sqrt(scatter * (1.0 / BEHIND + back * back / square))
         here = math.exp(height + min(rise, HIGHEST))
         if rise > 0.0 and here > best * (1.0 - 2.0 * error):
-            sharp = math.hypot(slope * (back - middle), error / SAMPLE)
-            best, at = here, end if side else start
+            way = 1.0 - math.exp(min(slope * (back - middle), 0.0))
+            sharp = math.hypot(ROUND * way, error) / SAMPLE
+            best, at = here * (1.0 - 0.5 * ROUND * way), end if side else start
     return best, at, sharp
 
 
