@@ -30,6 +30,8 @@ from ._mean_pulse import (
 FARTHEST, NOISY = 0.7, 2.0
 """Of what the family leaves, root mean square, and standard errors of that: where more is left than
 both allow, pulses do not share their mean."""
+STEP = 0.3
+"""Of the height, from one knot to the next: a jump."""
 TURNS, SIGNIFICANT = 6, 4.0
 """Steps of faint pulses; standard errors of a knot that is no noise."""
 FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
@@ -37,6 +39,10 @@ FARTHER, TAIL, LONGER = 0.3, 0.9, 0.4
 where that way is TAIL + LONGER times that from there to the highest of LEVELS, and from TAIL on."""
 SAMPLE = 0.29
 """Standard deviation of a place somewhere between two samples."""
+BESIDE, BEHIND, HIGHEST, ROUND = 3.0, 8, 1.5, 0.5
+"""Knots beside a jump that overshoot, those behind them that tell how high it is, logarithm of how
+much higher it may be than these, and share of that by which it is uncertain.
+"""
 STEEP, SHORT = 1.5, 0.05
 """Samples, and share of the length, from the lowest of LEVELS to the highest: where both edges have
 less, little but a flat top is there to be laid on each other, and its corners overshoot between
@@ -49,8 +55,9 @@ AS_HIGH = 4.0
 class Whole(NamedTuple):
     """What the mean pulse tells of all pulses; times are in widths, from the first crossing.
 
-    Variances are over the squares of these, of the peak or of the area; that of a jump, which lies
-    between two samples, is in samples.
+    Variances are over the squares of these, of the peak or of the area; those of a jump at the
+    start or of a drop at the end, which lie between two samples, are in samples. `both` is that of
+    the length: feet that end below the noise both begin farther out than is seen, or both nearer.
     """
 
     start: float
@@ -58,7 +65,9 @@ class Whole(NamedTuple):
     top: float
     start_variance: float
     end_variance: float
+    both: float
     jump: float
+    drop: float
     crest: float
     peak: float
     area: float
@@ -81,13 +90,13 @@ def share_mean(rows, x, origin, timed, left, fewest):
     possible, clear, mean, about, spread = lay_clear(rows, x, origin, fewest)
     if not possible or not _is_like(clear, mean, left):
         return False
-    crest, top, sharp = _crest(mean, about)
+    crest, top, sharp = _crest(mean, about, LOW, HIGH)
     if crest <= 0.0:
         return False
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
     end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
-    if not LOW < start < end < HIGH:
+    if not LOW < start < end:
         return False
     if max(steep, gentle) < max(STEEP * math.exp(-about), SHORT * (end - start)):
         return False
@@ -96,11 +105,17 @@ def share_mean(rows, x, origin, timed, left, fewest):
         v = LOW + b * mean.apart
         if v < start or v > end:
             mean.heights[b] = 0.0
-    start_variance += _of_tail(begun - start, steep)
-    end_variance += _of_tail(end - done, gentle)
+    early, late = _of_tail(begun - start, steep), _of_tail(end - done, gentle)
+    start_variance += early**2
+    end_variance += late**2
     # A jump lies between two samples; of all pulses alike, and of each.
     width = math.exp(about)
-    jump = max(1.0 - steep * width, 0.0) * max(SAMPLE, SAMPLE * mean.apart * width)
+    jump = _jump(steep, mean.apart, width)
+    drop = _jump(gentle, mean.apart, width)
+    if jump > 0.0 or drop > 0.0:
+        crest, top, sharp = _crest_beside(
+            mean, about, begun + steep, done - gentle, jump > 0.0, drop > 0.0
+        )
     area = 0.0
     for b in range(len(mean.heights)):
         area += mean.heights[b] * mean.apart
@@ -110,6 +125,7 @@ def share_mean(rows, x, origin, timed, left, fewest):
         _cut_off(begun - start, steep, start_variance, height_at(begun, mean), mean.apart),
         _cut_off(end - done, gentle, end_variance, height_at(done, mean), mean.apart),
     )
+    tail = math.hypot(tail, crest * math.hypot(jump, drop) / width)
     faint = lay(rows, x, origin, False)
     place_faint(faint, rows, x, origin, mean, about, start, end)
     for _ in range(2):
@@ -122,7 +138,9 @@ def share_mean(rows, x, origin, timed, left, fewest):
         top,
         start_variance,
         end_variance,
+        start_variance + end_variance + 2.0 * early * late,
         jump**2,
+        drop**2,
         crest,
         peak,
         area,
@@ -168,8 +186,8 @@ def _write(row, one, covariance, whole, timed):
     row[SHARED] = math.sqrt(shared)
     if timed:
         row[1], row[4] = long * width, (whole.top - whole.start) * width
-        both = covariance[2, 2] * more * long**2 + whole.start_variance + whole.end_variance
-        row[ERRORS + 1] = math.sqrt(both * width**2 + whole.jump)
+        both = covariance[2, 2] * more * long**2 + whole.both
+        row[ERRORS + 1] = math.sqrt(both * width**2 + whole.jump + whole.drop)
     of_height = more * covariance[0, 0] / height**2
     base = kept[LEVEL] / height
     row[2], row[3] = height * whole.crest, height * width * whole.area
@@ -194,9 +212,9 @@ def _doubt(row, usual, timed):
 
 @kernel
 def _of_tail(way, edge):
-    """Variance of the end of an edge that is seen `way` before it and climbs within `edge`."""
+    """Error of the end of an edge that is seen `way` before it and climbs within `edge`."""
     tail = min(max((way / max(edge, 1e-9) - TAIL) / LONGER, 0.0), 1.0)
-    return (FARTHER * tail * way) ** 2
+    return FARTHER * tail * way
 
 
 @kernel
@@ -208,26 +226,88 @@ def _cut_off(way, edge, variance, height, apart):
 
 @kernel
 def _is_like(laid, mean, left):
-    """Whether the mean pulse leaves much less of pulses than the family does."""
-    missed = total = square = samples = 0.0
+    """Whether the mean pulse leaves much less of pulses than the family does.
+
+    What it leaves of a jump, which lies between two samples and two knots, does not count.
+    """
+    missed = total = square = samples = highest = steps = stepped = 0.0
     for b in range(len(mean.heights)):
         square += mean.heights[b] ** 2 * mean.apart
+        highest = max(highest, mean.heights[b])
+    for b in range(len(mean.heights) - 1):
+        step = abs(mean.heights[b + 1] - mean.heights[b])
+        if step > STEP * highest:
+            steps += (SAMPLE * step) ** 2 / mean.apart
     for i in range(len(laid.known)):
         one = laid.known[i]
         count = one[LAST] - one[FIRST]
-        weight = (one[AMPLITUDE] / one[SIGMA]) ** 2
+        weight, width = (one[AMPLITUDE] / one[SIGMA]) ** 2, math.exp(one[WIDTH])
         missed += (one[MISFIT] - 1.0) * count
         samples += count
-        total += weight * math.exp(one[WIDTH]) * square
-    return missed < FARTHEST**2 * left * total + NOISY * math.sqrt(2.0 * samples)
+        total += weight * width * square
+        stepped += weight * width * steps * max(mean.apart, 1.0 / width) ** 2
+    return missed - stepped < FARTHEST**2 * left * total + NOISY * math.sqrt(2.0 * samples)
 
 
 @kernel
-def _crest(mean, about):
-    """Height of the mean pulse, where it is, and how much it falls within a sample or two knots."""
+def _jump(edge, apart, width):
+    """Standard error of where a jump lies [samples]; 0 of an edge of a sample and more."""
+    return max(1.0 - edge * width, 0.0) * max(SAMPLE, SAMPLE * apart * width)
+
+
+@kernel
+def _crest_beside(mean, about, start, end, jumps, drops):
+    """As `_crest`, of a mean pulse that jumps at `start` or drops at `end`; knots overshoot there.
+
+    The logarithm of the height of a jump is at most that of a line through the knots behind these.
+    Whether it is round, these do not tell: it may be lower by ROUND of the way from the first of
+    them to there.
+    """
+    beside = max(2.0 * math.exp(-about), BESIDE * mean.apart)
+    low = start + beside if jumps else start
+    high = end - beside if drops else end
+    best, at, sharp = _crest(mean, about, low, high)
+    middle, square = 0.5 * (BEHIND - 1), BEHIND * (BEHIND**2 - 1.0) / 12.0
+    back = middle + beside / mean.apart
+    for side in range(2):
+        if not (drops if side else jumps):
+            continue
+        first, step = (high, -mean.apart) if side else (low, mean.apart)
+        height = slope = scatter = 0.0
+        for k in range(BEHIND):
+            one = _logarithm(height_at(first + k * step, mean), best)
+            height += one / BEHIND
+            slope += (k - middle) * one / square
+        for k in range(BEHIND):
+            one = _logarithm(height_at(first + k * step, mean), best)
+            scatter += (one - height - slope * (k - middle)) ** 2 / (BEHIND - 2.0)
+        rise = -slope * back
+        error = math.sqrt(scatter * (1.0 / BEHIND + back * back / square))
+        here = math.exp(height + min(rise, HIGHEST))
+        if rise > 0.0 and here > best * (1.0 - 2.0 * error):
+            way = 1.0 - math.exp(min(slope * (back - middle), 0.0))
+            sharp = math.hypot(ROUND * way, error) / SAMPLE
+            best, at = here * (1.0 - 0.5 * ROUND * way), end if side else start
+    return best, at, sharp
+
+
+@kernel
+def _logarithm(height, usual):
+    """Logarithm of the height of a knot, which noise may leave below zero."""
+    return math.log(max(height, 0.01 * usual, 1e-300))
+
+
+@kernel
+def _crest(mean, about, low, high):
+    """Height of the mean pulse, where it is, and how much it falls within a sample or two knots.
+
+    From `low` to `high`.
+    """
     count = len(mean.heights)
     best, at = 0.0, 0
     for b in range(1, count - 1):
+        if not low <= LOW + b * mean.apart <= high:
+            continue
         if mean.heights[b] > best and mean.heights[b] * math.sqrt(mean.weight[b]) > SIGNIFICANT:
             best, at = mean.heights[b], b
     if best <= 0.0:
@@ -235,7 +315,7 @@ def _crest(mean, about):
     total = number = middle = 0.0
     noise = 1.0 / math.sqrt(mean.weight[at])
     for b in range(count):
-        if not mean.weight[b] > 0.0:
+        if not mean.weight[b] > 0.0 or not low <= LOW + b * mean.apart <= high:
             continue
         if mean.heights[b] > best * 0.999 - 1.5 * noise and abs(b - at) * mean.apart < 1.0:
             total += mean.heights[b]

@@ -267,7 +267,10 @@ def lay_clear(rows, x, origin, fewest):
     for turn in range(ROUNDS):
         mean = build(laid, rows, x, origin, mean)
         moved = fit_to(laid, rows, x, origin, mean, about, spread, STEPS)
-        about = _spread_of(laid)[0]
+        # A common width and that of the mean pulse are one: it is held.
+        change = _spread_of(laid)[0] - about
+        for i in range(count):
+            laid.known[i, WIDTH] -= change
         if turn > 1 and moved < STAYS:
             break
     about, spread = _spread_of(laid)

@@ -17,7 +17,7 @@ import numpy as np
 from ...._compiling.compiled import allocating, kernel
 from .._model import POWER, POWERS, parts_of
 from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
-from ..fit_errors import LEFT, LEFT_SD, NOW, UNIT
+from ..fit_errors import LEFT, LEFT_SD, MADE, NOW, UNIT
 from ._common_rest import crest_of, is_clear
 from ._shared_shape_kernels import BRIEF
 from ._touch import STRETCHES, add_edges, read_touch
@@ -144,6 +144,25 @@ def allow_for_unseen(rows, alike, hidden, timed):
         first = math.hypot(few / rise, OFF_START * r * length)
         last = math.hypot(few / fall, OFF_END * r * length)
         _add_touches(rows[k], math.hypot(first, early), math.hypot(last, late), first, 1.0, timed)
+
+
+@kernel
+def doubt_unlike(rows, alike, timed):
+    """Increase the errors of pulses whose fit misses more of them than of those `alike`.
+
+    They have only their single fits, so each is off by what its own leaves.
+    """
+    at = 0
+    for k in range(len(rows)):
+        if at < len(alike) and alike[at] == k:
+            at += 1
+            continue
+        row = rows[k]
+        if row[5] == 0 and row[FIT + MADE] == row[0] and row[FIT + LEFT] > 0.0:
+            off = math.sqrt(row[FIT + LEFT]) * _length(row)
+            row[ERRORS] = math.hypot(row[ERRORS], OFF_START * off)
+            if timed:
+                row[ERRORS + 1] = math.hypot(row[ERRORS + 1], math.hypot(OFF_START, OFF_END) * off)
 
 
 @kernel

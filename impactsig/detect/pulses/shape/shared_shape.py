@@ -43,7 +43,7 @@ from ._common_rest import (
     make_room,
 )
 from ._mean_pulse import is_seen
-from ._misfit import allow_for_unseen, correct_misfit, what_is_left
+from ._misfit import allow_for_unseen, correct_misfit, doubt_unlike, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
     AGREES,
@@ -92,6 +92,9 @@ FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
 instants still move by so many errors in the last round: then only the pulses themselves tell how
 they lie to each other."""
+SOFTEST, LEAST_FAR = 0.85, 0.006
+"""Logarithm of the power of an edge above which the family, where it misses so much of the heights,
+does not tell where pulses begin: they are longer the greater it is, and hardly differ."""
 STEPS = 0.05**2
 """Mean square, over that of the heights, that a mean pulse may leave where the family does not
 settle or follow: a step, which lies between two samples, is no reason against it there."""
@@ -139,16 +142,19 @@ def share_shape(rows, x, origin, timed, told):
         What the spans before tell (see `nothing_told`); this one is added, in place.
     """
     missed, *found = _share_family(rows, x, origin, timed, told)
-    left, alike, learnt = found[2], found[3], found[8]
-    far = _is_far(rows, alike, left if missed else 0.0)
+    left, alike, mean, learnt = found[2], found[3], found[6], found[8]
+    far = _is_far(rows, alike, left if missed else 0.0, mean)
     if far and share_mean(rows, x, origin, timed, far, LEAST):
         if missed:
             _learn(learnt, told)
-    elif missed:  # few records need it, and it takes long to compile
+        return
+    if missed:  # few records need it, and it takes long to compile
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
         if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
             rows[:] = before
+            return
+    doubt_unlike(rows, alike, timed)
 
 
 @allocating
@@ -273,9 +279,10 @@ def _share_missed(
 
 
 @kernel
-def _is_far(rows, alike, left):
+def _is_far(rows, alike, left, mean):
     """Mean square that a mean pulse may leave, if clear pulses are far from the family; else 0."""
-    if left > FAR * FAR:
+    softest = mean[POWER - SKEW] + abs(mean[POWERS - SKEW])
+    if left > FAR * FAR or (left > LEAST_FAR * LEAST_FAR and softest > SOFTEST):
         return left
     clear = followed = 0
     for k in range(len(rows)):
