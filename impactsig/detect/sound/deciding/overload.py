@@ -74,7 +74,8 @@ def overload_odds(
     which = np.flatnonzero(asked)
     if len(which):
         near = _stretches(x, place[which] - early, early + late)
-        which = which[np.mean(np.abs(near - middle) > NEAR_LIMIT * half, axis=1) >= LOADED]
+        beyond = np.count_nonzero(np.abs(near - middle) > NEAR_LIMIT * half, axis=1)
+        which = which[beyond >= LOADED * (early + late)]
     if not len(which):
         return out
     # All stretches in a row, since many frames are transformed side by side.
@@ -84,7 +85,8 @@ def overload_odds(
     power = spectrum.powers(row, size // 2, begins[-1] + frames)
     ends = np.add.outer(begins, (0, past, fresh, frames)).ravel()
     greatest = np.maximum.reduceat(power, ends[:-1], axis=1)
-    padded, after = np.pad(greatest[:, ::4], ((1, 1), (0, 0))), greatest[:, 2::4]
+    padded, after = np.zeros((len(power) + 2, len(which))), greatest[:, 2::4]
+    padded[1:-1] = greatest[:, ::4]
     before = np.maximum(np.maximum(padded[:-2], padded[2:]), padded[1:-1])
     heard = before > 0.0
     rise = np.maximum(after, before) / np.where(heard, before, 1.0)
