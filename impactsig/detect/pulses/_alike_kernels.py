@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..._compiling.compiled import allocating, kernel
+from ._damped_step import FIRST, MOST, UNBOUND, damped_step, factor_damped, more_damped
 from ._small_matrices import factor, invert, solve
 from .edges import FIT
 from .fit_errors import BASE, TILT, ZERO
@@ -23,7 +24,7 @@ BOTH = 7  # A, t0, ln T of the first, then of the second, and the baseline
 STIFF = 0.02  # weight of a knot's bend, over that of its samples
 LONGEST = np.array([np.inf, 0.3, 0.3, np.inf, 0.3, 0.3, np.inf])
 """Longest step; of starts, in contact times."""
-MOST, GAIN = 30, 1e-2
+STEPS, GAIN = 30, 1e-2
 """Steps, and what each gains at least, in the noise's variance."""
 
 
@@ -134,17 +135,11 @@ def fit_two(points, x, shape, length, spread, p, covariance):
     """
     normals = np.empty((2, BOTH + 1, BOTH + 1))
     low, step, trial = np.empty((BOTH, BOTH)), np.empty(BOTH), np.empty(BOTH)
-    now, damping = 0, 1e-2
+    now, damping = 0, FIRST
     cost = _cost(p, points, x, shape, length, spread, normals[0])
-    for _ in range(MOST):
+    for _ in range(STEPS):
         here = normals[now]
-        for a in range(BOTH):
-            for b in range(a):
-                low[a, b] = here[a, b]
-            low[a, a] = here[a, a] * (1.0 + damping) + 1e-12
-            step[a] = here[a, BOTH]
-        if factor(low):
-            solve(low, step)
+        if damped_step(here, damping, UNBOUND, low, step):
             for a in range(BOTH):
                 most = LONGEST[a] * (math.exp(length) if a % 3 == 1 else 1.0)
                 trial[a] = p[a] + min(max(step[a], -most), most)
@@ -157,15 +152,10 @@ def fit_two(points, x, shape, length, spread, p, covariance):
                     break
                 damping *= 0.1
                 continue
-        damping = max(10.0 * damping, 0.01)
-        if damping > 1e6:
+        damping = more_damped(damping)
+        if damping > MOST:
             break
-    here = normals[now]
-    for a in range(BOTH):
-        for b in range(a):
-            low[a, b] = here[a, b]
-        low[a, a] = here[a, a] * (1.0 + 1e-9) + 1e-12
-    if not factor(low):
+    if not factor_damped(normals[now], 1e-9, UNBOUND, low):
         return np.inf
     invert(low, covariance)
     return cost / max(len(points) - BOTH, 1)
