@@ -14,7 +14,8 @@ import numpy as np
 
 from ..._compiling.compiled import allocating, kernel
 from ._damped_step import FIRST, MOST, UNBOUND, damped_step, factor_damped, more_damped
-from ._small_matrices import factor, invert, solve
+from ._knots import add_bend, add_sample, copy_of, solve_knots
+from ._small_matrices import invert
 from .edges import FIT
 from .fit_errors import BASE, TILT, ZERO
 
@@ -29,7 +30,7 @@ STEPS, GAIN = 30, 1e-2
 
 
 @allocating
-def add_to_shape(rows, chosen, x, origin, normal, right):
+def add_to_shape(rows, chosen, x, origin, knots):
     """Add the samples of the chosen pulses to the normal equations of their mean shape.
 
     Parameters
@@ -40,7 +41,7 @@ def add_to_shape(rows, chosen, x, origin, normal, right):
         Those that stand alone.
     x, origin : array, int
         The samples, and the place of the first.
-    normal, right : array (KNOTS, KNOTS), (KNOTS,)
+    knots : Knots
     """
     for k in chosen:
         start, length, height, kept = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, FIT:]
@@ -54,35 +55,20 @@ def add_to_shape(rows, chosen, x, origin, normal, right):
             j = int(place)
             if place < 0.0 or j >= KNOTS - 1:
                 continue
-            f = place - j
             value = (x[i - origin] - kept[BASE] - kept[TILT] * (i - kept[ZERO])) / height
-            normal[j, j] += weight * (1.0 - f) ** 2
-            normal[j + 1, j] += weight * f * (1.0 - f)
-            normal[j + 1, j + 1] += weight * f * f
-            right[j] += weight * (1.0 - f) * value
-            right[j + 1] += weight * f * value
+            add_sample(knots, j, place - j, weight, value)
 
 
 @allocating
-def solve_shape(normal, right, shape):
+def solve_shape(knots, shape):
     """Put the mean shape into `shape`, from its normal equations; whether they determine it."""
-    factors = normal.copy()
+    bound = copy_of(knots)
     weight = 0.0
     for j in range(KNOTS):
-        shape[j] = right[j]
-        weight += normal[j, j]
-    stiff = STIFF * weight / KNOTS
+        weight += knots.own[j]
     for j in range(1, KNOTS - 1):
-        factors[j - 1, j - 1] += stiff
-        factors[j, j] += 4.0 * stiff
-        factors[j + 1, j + 1] += stiff
-        factors[j, j - 1] -= 2.0 * stiff
-        factors[j + 1, j] -= 2.0 * stiff
-        factors[j + 1, j - 1] += stiff
-    if not factor(factors):
-        return False
-    solve(factors, shape)
-    return True
+        add_bend(bound, j, STIFF * weight / KNOTS)
+    return solve_knots(bound, shape)
 
 
 @kernel

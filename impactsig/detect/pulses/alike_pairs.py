@@ -23,6 +23,7 @@ from ._alike_kernels import (
     fit_two,
     solve_shape,
 )
+from ._knots import Knots, no_knots
 from .edges import ERRORS, FIT, SHARED, SHARED_PEAK
 from .fit_errors import CLEAR, KEPT, MADE, NOISE
 
@@ -123,7 +124,7 @@ class PairsAlike:
 
     def __init__(self, timed: bool) -> None:
         self.timed = timed
-        self.normal, self.right = np.zeros((KNOTS, KNOTS)), np.zeros(KNOTS)
+        self.knots = no_knots(KNOTS)
         self.last = np.empty((0, FIT + KEPT))
         self.off = np.empty((0, 2 * SIZES))
         self.power = Power(LOG, LOG_SD**-2.0)
@@ -168,9 +169,8 @@ class PairsAlike:
 
     def _learn(self, rows: np.ndarray, near: Near, x: np.ndarray, origin: int) -> None:
         """Add what the pulses of a span that stand alone show, and how well the shape fits them."""
-        self.normal *= 1.0 - FORGOTTEN
-        self.right *= 1.0 - FORGOTTEN
-        add_to_shape(rows, near.alone, x, origin, self.normal, self.right)
+        self.knots = Knots(*(part * (1.0 - FORGOTTEN) for part in self.knots))
+        add_to_shape(rows, near.alone, x, origin, self.knots)
         self.last = np.concatenate((self.last, rows[near.alone]))[-LAST:]
         if (shape := self._shape()) is None:
             return
@@ -192,7 +192,7 @@ class PairsAlike:
         """The shape, if pulses show it."""
         knots = np.empty(KNOTS)
         some = self.last
-        if len(some) < FEWEST or not solve_shape(self.normal, self.right, knots):
+        if len(some) < FEWEST or not solve_shape(self.knots, knots):
             return None
         contact, peak = some[:, 1], some[:, 2]
         lengths = np.log(contact)
