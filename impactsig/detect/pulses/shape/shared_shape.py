@@ -36,6 +36,7 @@ from ..fit_errors import (
 )
 from ._by_mean import share_mean
 from ._common_rest import (
+    LEAST,
     common_rest,
     is_clear,
     linearize_anew,
@@ -59,8 +60,6 @@ from ._shared_shape_kernels import (
     variance_along,
 )
 
-LEAST = 5
-"""Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.3, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses. A half-sine has
 the power 1, a raised cosine 2."""
@@ -144,14 +143,14 @@ def share_shape(rows, x, origin, timed, told):
     missed, *found = _share_family(rows, x, origin, timed, told)
     left, alike, mean, learnt = found[2], found[3], found[6], found[8]
     far = _is_far(rows, alike, left if missed else 0.0, mean)
-    if far and share_mean(rows, x, origin, timed, far, LEAST):
+    if far and share_mean(rows, x, origin, timed, far):
         if missed:
             _learn(learnt, told)
         return
     if missed:  # few records need it, and it takes long to compile
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
-        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS)):
             rows[:] = before
             return
     doubt_unlike(rows, alike, timed)
