@@ -35,7 +35,7 @@ class Power(NamedTuple):
 def find_power(pairs: list[tuple[np.ndarray, Stretch]], usual: float, before: Power) -> Power:
     """The power of a sine that fits pairs best; what spans `before` tell is forgotten slowly.
 
-    It is where the parabola through three sums of squares is least, which is looked for in ever smaller steps.
+    It is where the parabola through three sums of squares is least, in ever smaller steps.
     """
     known = max((1.0 - FORGOTTEN) * before.known, LOG_SD**-2.0)
     log, total = before.log, known
