@@ -15,7 +15,7 @@ import numpy as np
 from ..impacts import Disturbance
 from ._force_impacts import ROW, Found
 from .instrument.dropout_kernels import cut_off
-from .pulses.alike_pairs import PairsAlike, near_pulses
+from .pulses.alike.pairs import PairsAlike, near_pulses
 from .pulses.coarse import COARSE, add_hidden_feet, noise_below
 from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..edges import ERRORS
 from ._alike_kernels import BEFORE, KNOTS, PER_CONTACT
 from ._pulses_of_shape import SIZES, Shape, Stretch, descend, measure_by_shape
-from .edges import ERRORS
 
 FORGOTTEN = 0.3  # of what is known of the power, at each span
 LOOSE = 0.25  # standard deviation of the logarithms of contact times

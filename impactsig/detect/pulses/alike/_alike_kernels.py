@@ -12,12 +12,12 @@ import math
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, kernel
-from ._damped_step import FIRST, MOST, UNBOUND, damped_step, factor_damped, more_damped
-from ._knots import add_bend, add_sample, copy_of, solve_knots
-from ._small_matrices import invert
-from .edges import FIT
-from .fit_errors import BASE, TILT, ZERO
+from ...._compiling.compiled import allocating, kernel
+from .._damped_step import FIRST, MOST, UNBOUND, damped_step, factor_damped, more_damped
+from .._knots import add_bend, add_sample, copy_of, solve_knots
+from .._small_matrices import invert
+from ..edges import FIT
+from ..fit_errors import BASE, TILT, ZERO
 
 PER_CONTACT, BEFORE = 64, 3
 KNOTS = PER_CONTACT + 2 * BEFORE + 1

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..edges import ERRORS, SHARED, SHARED_PEAK
 from ._alike_kernels import BOTH, fit_two
-from .edges import ERRORS, SHARED, SHARED_PEAK
 
 BESIDE = 0.5  # contact times on either side of a pair that are fitted with it
 POINTS = 64  # means of samples in a contact, at most

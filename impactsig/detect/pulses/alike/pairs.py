@@ -1,9 +1,9 @@
 """Pulses that touch or overlap, measured with the shape of those that stand alone.
 
-Two half-sines (`pairs.py`) hardly miss two pulses of another shape, but their ends do: where feet
-overlap, a softer or steeper one moves them by a tenth of a contact. So once the pulses of a span
-are measured by their shared shape, the mean of those that stand alone is fitted to both of a pair.
-Where none do, the shape is unknown: how far pairs of other shapes lie is added to the errors.
+Two half-sines (`pulses/pairs.py`) hardly miss two pulses of another shape, but their ends do: where
+feet overlap, a softer or steeper one moves them by a tenth of a contact. So once the pulses of a
+span are measured by their shared shape, the mean of those that stand alone is fitted to both of a
+pair. Where none do, the shape is unknown: how far pairs of other shapes lie is added to the errors.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._trains.impact_flags import UNRESOLVED
+from ...._trains.impact_flags import UNRESOLVED
+from .._knots import Knots
+from ..edges import ERRORS, FIT, SHARED
+from ..fit_errors import CLEAR, KEPT, MADE, NOISE
 from ._alike_kernels import KNOTS, add_to_shape, solve_shape
-from ._knots import Knots
 from ._pairs_of_power import FORGOTTEN, Power, find_power, measure_by_power, shape_of_power
 from ._pulses_of_shape import (
     SIZES,
@@ -26,8 +28,6 @@ from ._pulses_of_shape import (
     put,
     stretch_of,
 )
-from .edges import ERRORS, FIT, SHARED
-from .fit_errors import CLEAR, KEPT, MADE, NOISE
 
 NEAR, FITTED, ALONE, OVERLAP = 1.2, 1.8, 1.5, 1.0
 """Usual contact times between two crests that are a pair, at most, or that half-sines were fitted
