@@ -38,12 +38,16 @@ def test_edges_of_an_overload_are_no_strokes(shared_data, overload):
     assert np.mean(scores) >= 0.89  # 0.78 and 0.87 otherwise
 
 
-def odds_of(x: np.ndarray, place: float, *, asked: bool = True) -> float:
+def odds_of_each(x: np.ndarray, places: list[float], asked: list[bool]) -> np.ndarray:
     scale = scale_at(RATE)
     spectrum = Spectrum(bands_at(RATE, GROUP * scale.hop))
     limits = float(x.min()), float(x.max())
-    rises = np.array([place]), np.array([asked])
-    return float(overload_odds(x, *rises, (0, len(x)), limits, spectrum, scale, RATE)[0])
+    rises = np.array(places), np.array(asked)
+    return overload_odds(x, *rises, (0, len(x)), limits, spectrum, scale, RATE)
+
+
+def odds_of(x: np.ndarray, place: float, *, asked: bool = True) -> float:
+    return float(odds_of_each(x, [place], [asked])[0])
 
 
 def test_only_new_sound_counts_near_the_limits():
@@ -69,3 +73,18 @@ def test_dense_impacts_and_those_that_octaves_show_are_not_asked():
     assert np.array_equal(may_be_edges(sparse, shown), shown < OCTAVES)
     dense = np.arange(4 * CROWD) * 0.02
     assert not may_be_edges(dense, np.zeros(len(dense)))[CROWD:-CROWD].any()
+
+
+def test_rises_have_the_odds_that_each_has_alone():
+    rng = np.random.default_rng(5)
+    t = np.arange(round(1.0 * RATE)) / RATE
+    loud = (t < 0.7) * np.sin(2 * np.pi * 60.0 * t)  # far from the limits afterwards
+    x = loud + 0.003 * np.exp(3.0 * np.sin(40.0 * t)) * rng.standard_normal(len(t))
+    places = [10.5, *(RATE * np.array([0.1, 0.13, 0.131, 0.4, 0.5, 0.85]) + 0.5), len(t) - 300.5]
+    asked = [True, True, True, True, False, True, True, True]
+    together = odds_of_each(x, places, asked)
+    pairs = zip(places, asked, strict=True)
+    alone = [odds_of(x, place, asked=one) for place, one in pairs]
+    np.testing.assert_allclose(together, alone, rtol=1e-12)
+    assert np.isfinite(together).tolist() == [False, True, True, True, False, True, False, False]
+    assert np.unique(together).size == 5

@@ -20,7 +20,6 @@ from ._windows import Window
 
 BESIDE = 2e-3  # [s]
 SKIPPED = 3  # samples next to the click, which filters may smear it over
-FIRST = 4  # differences that are checked first
 LEFT, STANDS_OUT = 2.0, 3.0  # power left, and distance in RMS of differences
 NOTHING = 0.01  # of the power of the click
 APART, USUAL = 5.0, 2.0  # times as far from its neighbours as these are; times as far as usual
@@ -37,23 +36,19 @@ def stands_alone(x, i, beside):
     if off == 0.0:
         return False
     count, before, after = beside - SKIPPED, 0.0, 0.0
-    for j in range(SKIPPED, min(SKIPPED + FIRST, beside)):  # they decide on nearly all samples
-        before += (x[i - j - 1] - 2.0 * x[i - j] + x[i - j + 1]) ** 2
-        after += (x[i + j - 1] - 2.0 * x[i + j] + x[i + j + 1]) ** 2
-    if off * count <= STANDS_OUT**2 * max(before, after):
-        return False
-    before = after = early = late = slope = 0.0
     for j in range(SKIPPED, beside):
         earlier = x[i - j - 1] - 2.0 * x[i - j] + x[i - j + 1]
         later = x[i + j - 1] - 2.0 * x[i + j] + x[i + j + 1]
         before += earlier * earlier
         after += later * later
+        if off * count <= STANDS_OUT**2 * max(before, after):  # nearly always soon
+            return False
+    early = late = slope = 0.0
+    for j in range(SKIPPED, beside):
         early += (x[i - j] - middle) ** 2
         late += (x[i + j] - middle) ** 2
         slope += (x[i - j + 1] - x[i - j - 1]) ** 2
     nothing = NOTHING * off * count
-    if off * count <= STANDS_OUT**2 * max(before, after):
-        return False
     if after > max(LEFT * before, nothing) or late > max(LEFT * early, nothing):
         return False
     apart = (x[i + 1] - x[i - 1]) ** 2

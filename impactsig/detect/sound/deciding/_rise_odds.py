@@ -187,10 +187,9 @@ def turned_odds(
 
 def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
     """The greatest value at most `reach` from each place."""
-    at = np.clip(at, 0, len(values) - 1)
-    ends = np.stack((np.maximum(at - reach, 0), at + reach + 1), axis=1).ravel()
-    padded = np.concatenate((values, np.zeros(reach + 1, values.dtype)))
-    return np.asarray(np.maximum.reduceat(padded, ends)[::2]) if len(at) else np.empty(0)
+    if not len(at):
+        return np.empty(0)
+    return greatest_within(values, reach)[np.clip(at, 0, len(values) - 1)]
 
 
 def greatest_before(values: np.ndarray, at: np.ndarray, first: int, last: int) -> np.ndarray:

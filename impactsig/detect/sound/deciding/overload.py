@@ -61,26 +61,42 @@ def overload_odds(
     """
     out = np.full(len(attack), np.inf)
     place = np.ceil(attack).astype(np.int64)
-    hop = GROUP * scale.hop
+    hop, size = GROUP * scale.hop, len(spectrum.bands.window)
     early, late = (round(t * rate) for t in LOADED_WITHIN)
-    edge = len(spectrum.bands.window) // 2
     first = -(-round(BEFORE[0] * rate) // hop)
     frames = first + round(AFTER * rate) // hop + 1
     past = first - round(BEFORE[1] * rate) // hop + 1
     fresh = first + -(-round(SINCE * rate) // hop)
     middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * (limits[1] - limits[0])
-    asked = asked & (place - first * hop - edge >= valid[0])
-    asked &= place + (frames - first) * hop + edge < valid[1]
-    for k in np.flatnonzero(asked):
-        near = x[place[k] - early : place[k] + late]
-        if np.mean(np.abs(near - middle) > NEAR_LIMIT * half) < LOADED:
-            continue
-        power = spectrum.powers(x, int(place[k]) - first * hop, frames)
-        before = np.pad(power[:, :past].max(axis=1), 1)
-        before = np.maximum(np.maximum(before[:-2], before[2:]), before[1:-1])
-        after = power[:, fresh:].max(axis=1)
-        heard = before > 0.0
-        if heard.any():
-            new = np.mean(np.log(np.maximum(after[heard] / before[heard], 1.0)))
-            out[k] = SLOPE * np.log((new + NONE) / EVEN)
+    begin = place - first * hop - size // 2
+    asked = asked & (begin >= valid[0])
+    asked &= place + (frames - first) * hop + size // 2 < valid[1]
+    which = np.flatnonzero(asked)
+    if len(which):
+        near = _stretches(x, place[which] - early, early + late)
+        beyond = np.count_nonzero(np.abs(near - middle) > NEAR_LIMIT * half, axis=1)
+        which = which[beyond >= LOADED * (early + late)]
+    if not len(which):
+        return out
+    # All stretches in a row, since many frames are transformed side by side.
+    wide = frames - 1 + -(-size // hop)
+    row = _stretches(x, begin[which], wide * hop).ravel()
+    begins = wide * np.arange(len(which))
+    power = spectrum.powers(row, size // 2, begins[-1] + frames)
+    ends = np.add.outer(begins, (0, past, fresh, frames)).ravel()
+    greatest = np.maximum.reduceat(power, ends[:-1], axis=1)
+    padded, after = np.zeros((len(power) + 2, len(which))), greatest[:, 2::4]
+    padded[1:-1] = greatest[:, ::4]
+    before = np.maximum(np.maximum(padded[:-2], padded[2:]), padded[1:-1])
+    heard = before > 0.0
+    rise = np.maximum(after, before) / np.where(heard, before, 1.0)
+    count = np.count_nonzero(heard, axis=0)
+    total = np.sum(np.log(np.where(heard, rise, 1.0)), axis=0)
+    some = count > 0
+    out[which[some]] = SLOPE * np.log((total[some] / count[some] + NONE) / EVEN)
     return out
+
+
+def _stretches(x: np.ndarray, first: np.ndarray, size: int) -> np.ndarray:
+    """So many samples from each of the first on."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(x, size)[first])
