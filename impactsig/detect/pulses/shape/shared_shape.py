@@ -192,20 +192,23 @@ def _share_family(rows, x, origin, timed, told):
         shape = _share(rows, alike, timed, True, even, told, shape, ROUNDS)
         if not missed and not steep:
             before, first, room = rows.copy(), shape, make_room()
-            for held in (True, False):
-                if held:
-                    shape = _settle(rows, alike, x, origin, timed, even, told, shape, room)
-                else:  # astray: a shape that single fits do not show
+            settled = _settle(rows, alike, x, origin, timed, even, told, shape, room)
+            near = rows.copy()
+            shape = _free(rows, alike, x, origin, timed, about, told, settled, room)
+            if len(clear) >= LEAST:
+                absorbed = max(1.0 - BY_SHARED / length, FEWEST)
+                _, left, error = common_rest(rows, clear, x, origin, room)
+                if left > DOUBT * error:  # pulses are not linear in a top far shorter than none
+                    rows[:] = near
+                    even[1] = about[1]
+                    even[0, FLAT - SKEW], even[1, FLAT - SKEW] = 0.0, HELD
+                    shape = _free(rows, alike, x, origin, timed, even, told, settled, room)
+                    _, left, error = common_rest(rows, clear, x, origin, room)
+                if left > DOUBT * error:  # a shape that single fits do not show
                     rows[:] = before
                     shape = _share(rows, alike, timed, True, about, told, first, ROUNDS)
-                linearize_anew(rows, alike, x, origin, room)
-                shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
-                if len(clear) < LEAST:
-                    break
-                _, left, error = common_rest(rows, clear, x, origin, room)
-                absorbed = max(1.0 - BY_SHARED / length, FEWEST)
-                if left <= DOUBT * error:
-                    break
+                    shape = _free(rows, alike, x, origin, timed, about, told, shape, room)
+                    _, left, error = common_rest(rows, clear, x, origin, room)
         mean, spread, learnt = shape.mean, shape.spread, shape.told
     left, error = _with_told(left / absorbed, error / absorbed, learnt)
     missed |= len(alike) > 0 and left > DOUBT * error
@@ -232,6 +235,13 @@ def _settle(rows, alike, x, origin, timed, about, told, shape, room):
             about[1, FLAT - SKEW] = HELD
         shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
     return shape
+
+
+@allocating
+def _free(rows, alike, x, origin, timed, about, told, shape, room):
+    """The shape after a round about where pulses are, free in what `about` does not hold."""
+    linearize_anew(rows, alike, x, origin, room)
+    return _share(rows, alike, timed, True, about, told, shape, AGAIN)
 
 
 @allocating
