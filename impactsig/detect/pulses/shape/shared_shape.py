@@ -88,10 +88,10 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
-FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
+FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 1.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
-instants still move by so many errors in the last round: then only the pulses themselves tell how
-they lie to each other."""
+instants still move by so many errors in the last round, root mean square: then only the pulses
+themselves tell how they lie to each other. One of many pulses may always move."""
 SOFTEST, LEAST_FAR = 0.85, 0.006
 """Logarithm of the power of an edge above which the family, where it misses so much of the heights,
 does not tell where pulses begin: they are longer the greater it is, and hardly differ."""
@@ -250,7 +250,7 @@ def _share_missed(
 ):
     """Measure pulses that the family misses, with the rest of their shape; see `_share_family`.
 
-    How far clear pulses still moved in the last round [errors].
+    How far clear pulses still moved in the last round, root mean square [errors].
     """
     room = make_room()
     moved = 0.0
@@ -265,11 +265,14 @@ def _share_missed(
                 for i in range(len(clear)):
                     before[i] = rows[clear[i], 0]
                 shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
-                moved = 0.0
+                moved = highest = 0.0
                 for i in range(len(clear)):
                     row = rows[clear[i]]
-                    moved = max(moved, abs(row[0] - before[i]) / row[ERRORS])
-                if moved < STAYS:
+                    one = abs(row[0] - before[i]) / row[ERRORS]
+                    highest = max(highest, one)
+                    moved += one * one / len(clear)
+                moved = math.sqrt(moved)
+                if highest < STAYS:
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
