@@ -66,6 +66,9 @@ ABOUT = np.array([0.0, 0.3, 0.3, 0.0, 0.0])
 the power 1, a raised cosine 2."""
 FAMILY_ROUNDS, TURNED = 4, 0.02
 """In which pulses become linear about the shape that they share, or until it turns by less."""
+SHORTER = 0.25
+"""By how much a flat top that is less than none leads astray: pulses are not linear so far from it.
+(`_shared_shape_kernels.py` says how it counts.) Laws that the family misses have half as much."""
 HELD = 1e-3
 """Standard deviation of a parameter that is held meanwhile."""
 BENT = 0.2
@@ -198,7 +201,7 @@ def _share_family(rows, x, origin, timed, told):
             if len(clear) >= LEAST:
                 absorbed = max(1.0 - BY_SHARED / length, FEWEST)
                 _, left, error = common_rest(rows, clear, x, origin, room)
-                if left > DOUBT * error:  # pulses are not linear in a top far shorter than none
+                if left > DOUBT * error and shape.mean[FLAT - SKEW] < -SHORTER:
                     rows[:] = near
                     even[1] = about[1]
                     even[0, FLAT - SKEW], even[1, FLAT - SKEW] = 0.0, HELD
