@@ -15,14 +15,15 @@ import numpy as np
 from ..impacts import Disturbance
 from ._force_impacts import ROW, Found
 from .instrument.dropout_kernels import cut_off
-from .pulses.alike_pairs import PairsAlike, near_pulses
+from .pulses.alike.pairs import PairsAlike, near_pulses
 from .pulses.coarse import COARSE, add_hidden_feet, noise_below
 from .pulses.edges import NO_PULSE, mark_clipped
 from .pulses.fit_errors import KEPT
 from .pulses.pairs import measure_pairs, with_partners
 from .pulses.pulse import measure_all
 from .pulses.shape.shared_shape import LEAST as LEAST_ALIKE
-from .pulses.shape.shared_shape import nothing_told, share_shape, told_by_last
+from .pulses.shape.shared_shape import share_shape
+from .pulses.shape.told import nothing_told, told_by_last
 from .search.disturbances import disturbances
 from .search.events.shoulder_kernels import Noise, tails
 from .search.events.swing_kernels import bursts, follow_closely, swings_back

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from impactsig.detect.instrument.line import PLACES, Line
+from impactsig.detect.pulses._damped_step import UNBOUND, damped_step
 from impactsig.detect.pulses._half_sine_kernels import is_half_sine
+from impactsig.detect.pulses._knots import add_bend, add_sample, no_knots, solve_knots
 from impactsig.detect.pulses.shape._shared_shape_kernels import _invert_all
 from impactsig.detect.search._background_kernels import next_marked
 from impactsig.detect.search.events.event_kernels import (
@@ -193,3 +197,42 @@ def test_spans_side_by_side_are_the_record(spans):
             first, last = grid.bounds(k - 3, len(record))
             assert origin == max(0, first - grid.margin)
             assert origin + len(seen) == (last + grid.margin if k - 3 < count - 1 else last)
+
+
+def test_a_damped_step_solves_the_damped_equations():
+    rng = np.random.default_rng(5)
+    rows = rng.standard_normal((9, 4))
+    square, right = rows.T @ rows, rng.standard_normal(4)
+    normal = np.full((4, 5), np.nan)
+    normal[:, :4] = np.tril(square) + np.triu(np.full((4, 4), np.nan), 1)
+    normal[:, 4] = right
+    low, step = np.empty((4, 4)), np.empty(4)
+    assert damped_step(normal, 0.5, UNBOUND, low, step)
+    damped = square + 0.5 * np.diag(np.diag(square))
+    np.testing.assert_allclose(step, np.linalg.solve(damped, right), rtol=1e-9)
+    normal[2, 2] = -1.0
+    assert not damped_step(normal, 0.5, UNBOUND, low, step)
+
+
+def test_heights_at_knots_are_those_of_least_squares_with_the_prior():
+    rng = np.random.default_rng(6)
+    count, prior = 9, 0.3
+    knots = no_knots(count)
+    rows, values = [], []
+    for place, weight, value in rng.uniform(0.0, [8.0, 2.0, 1.0], (30, 3)):
+        b = int(place)
+        add_sample(knots, b, place - b, weight, value)
+        row = np.zeros(count)
+        row[b : b + 2] = 1.0 - (place - b), place - b
+        rows.append(math.sqrt(weight) * row)
+        values.append(math.sqrt(weight) * value)
+    for b in range(1, count - 1):
+        add_bend(knots, b, prior)
+        row = np.zeros(count)
+        row[b - 1 : b + 2] = 1.0, -2.0, 1.0
+        rows.append(math.sqrt(prior) * row)
+        values.append(0.0)
+    heights = np.empty(count)
+    assert solve_knots(knots, heights)
+    np.testing.assert_allclose(heights, np.linalg.lstsq(rows, values)[0], rtol=1e-9)
+    assert not solve_knots(no_knots(count), heights)

@@ -7,7 +7,7 @@ import pytest
 
 import impactsig
 from benchmarks.recordings import add_pulses
-from impactsig.detect.pulses._alike_kernels import BOTH, KNOTS, fit_two
+from impactsig.detect.pulses.alike._alike_kernels import BOTH, KNOTS, fit_two
 from impactsig.impacts import UNRESOLVED
 
 RATE, CONTACT, NOISE = 50_000.0, 1e-3, 0.015

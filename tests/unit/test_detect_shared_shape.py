@@ -19,13 +19,13 @@ from impactsig.detect.pulses.shape._shared_shape_kernels import (
     estimate_shape,
     set_free,
 )
-from impactsig.detect.pulses.shape.shared_shape import (
+from impactsig.detect.pulses.shape.told import (
     FORGOTTEN,
     OF_REST,
-    _learn,
-    _with_told,
+    learn,
     nothing_told,
     told_by_last,
+    with_told,
 )
 
 CONTACT = LENGTH - SKEW
@@ -63,8 +63,8 @@ def test_no_spread_is_less_than_the_least():
 def test_spans_tell_of_a_rest_by_their_information():
     told = nothing_told()
     for left, error in [(3.0, 1.0), (1.0, 0.5)]:
-        mean, deviation = _with_told(left, error, told)
-        _learn(told.copy(), told)
+        mean, deviation = with_told(left, error, told)
+        learn(told.copy(), told)
     # Weights 1 - FORGOTTEN for the first and 4 for the second.
     first = 1.0 - FORGOTTEN
     assert mean == pytest.approx((3.0 + 4.0 * 1.0) / 5.0)
@@ -72,15 +72,15 @@ def test_spans_tell_of_a_rest_by_their_information():
     assert told[:, OF_REST] == pytest.approx([3.0 * first + 4.0, first + 4.0, 4.0, 4.0])
     assert told_by_last(told)[:, OF_REST] == pytest.approx([4.0, 4.0, 0.0, 0.0])
     # One that shows none does not take it back.
-    assert _with_told(-9.0, 1.0, told.copy())[0] > -1.0
+    assert with_told(-9.0, 1.0, told.copy())[0] > -1.0
     # One that shows more is on its own, and those after it begin with what it tells.
-    assert _with_told(90.0, 1.0, told) == pytest.approx((90.0, 1.0))
+    assert with_told(90.0, 1.0, told) == pytest.approx((90.0, 1.0))
     assert told[:ALONE, OF_REST] == pytest.approx(0.0)
 
 
 def test_a_span_that_shows_nothing_tells_nothing():
     told = nothing_told()
-    assert _with_told(0.0, np.inf, told) == (0.0, np.inf)
+    assert with_told(0.0, np.inf, told) == (0.0, np.inf)
     assert not told.any()
 
 

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._compiling.compiled import allocating, kernel
+from ._damped_step import FIRST, MOST, UNBOUND, damped_step, more_damped
 from ._model import CURVE, FLAT, LANES, PARAMETERS, WIDER, pulse_cost
-from ._small_matrices import factor, solve
 from .pair_fit import pair_cost
 
 FOUND = 1e-2  # of the cost, in variances of the noise: a step that promises or gains less ends it
-MOST = 30  # steps
+STEPS = 30
 # Logarithms move by little a step, so no exponential overflows.
 LONGEST_STEP = np.array(
     [[np.inf, np.inf, 1.0, 1.0, 1.0, 1.0], [np.inf, np.inf, 0.5, np.inf, np.inf, 0.5]]
@@ -83,16 +83,10 @@ def descend(points, x, log_edge, p, room, two):
     low, step, trial = room.low, room.step, room.trial
     now = 0
     misfit, cost = _cost(points, x, log_edge, p, room.curves[now], room.normals[now], two)
-    damping = 1e-2
-    for _ in range(MOST):
+    damping = FIRST
+    for _ in range(STEPS):
         here = room.normals[now]
-        for i in range(n):
-            for j in range(i):
-                low[i, j] = here[i, j]
-            low[i, i] = here[i, i] * (1.0 + damping) + 1e-12
-            step[i] = here[i, WIDER]
-        if factor(low):
-            solve(low, step)
+        if damped_step(here, damping, UNBOUND, low, step):
             promised = 0.0
             for i in range(n):
                 promised += step[i] * here[i, WIDER]
@@ -117,7 +111,7 @@ def descend(points, x, log_edge, p, room, two):
                 damping *= 0.1
                 continue
         # Where a sample enters the pulse there is a kink, which a little damping does not see.
-        damping = max(10.0 * damping, 0.01)
-        if damping > 1e6:
+        damping = more_damped(damping)
+        if damping > MOST:
             break
     return misfit / len(points), now

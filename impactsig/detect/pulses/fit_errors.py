@@ -7,7 +7,7 @@ and shapes as scattered as the priors say, give the parameters the covariance
     v N^-1 + (1 - v) N^-1 P N^-1   (v <= 1; v N^-1 for more).
 
 An error of the baseline moves them by N^-1 J^T (its course). Shapes outside of the family are seen
-in what the fit leaves; `shared_shape.py` makes errors of it, from all pulses of a span.
+in what the fit leaves; `shape/` makes errors of it, from all pulses of a span.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class Whole(NamedTuple):
 
 
 @allocating
-def share_mean(rows, x, origin, timed, left, fewest):
+def share_mean(rows, x, origin, timed, left):
     """Measure pulses by their mean pulse, in place; whether they have one.
 
     Parameters
@@ -84,10 +84,8 @@ def share_mean(rows, x, origin, timed, left, fewest):
         As `share_shape` takes them.
     left : float
         Mean square of what the family leaves, over that of the heights.
-    fewest : int
-        Clear pulses that show a shape.
     """
-    possible, clear, mean, about, spread = lay_clear(rows, x, origin, fewest)
+    possible, clear, mean, about, spread = lay_clear(rows, x, origin)
     if not possible or not _is_like(clear, mean, left):
         return False
     crest, top, sharp = _crest(mean, about, LOW, HIGH)

@@ -47,6 +47,8 @@ from ..fit_errors import (
     ZERO,
 )
 
+LEAST = 5
+"""Pulses that a shape is read from."""
 PER_EDGE, PER_TOP, BEFORE = 20, 10, 0.5
 EDGE = int(PER_EDGE * (1.0 + BEFORE))
 BINS = 2 * EDGE + PER_TOP

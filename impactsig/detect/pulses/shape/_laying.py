@@ -19,7 +19,7 @@ from ...signal.order_kernels import centre_of
 from .._small_matrices import factor, invert, solve
 from ..edges import FIT
 from ..fit_errors import CLEAR, FROM, NOISE, TO, ZERO
-from ._common_rest import EXACT, MEAN_SLOPE
+from ._common_rest import EXACT, LEAST, MEAN_SLOPE
 from ._mean_pulse import (
     AMPLITUDE,
     COLUMNS,
@@ -48,7 +48,7 @@ COARSEST = 0.25
 """Distance of knots that shows no shape."""
 ROUNDS, STAYS, STEPS = 10, 0.05, 3
 """Of fits to the mean pulse, until instants stay [errors]; steps in each."""
-FREE, LEAST = 0.5, 5e-4
+FREE, LEAST_SPREAD = 0.5, 5e-4
 """Standard deviation of ln w, before it is known, and no less is it taken to be."""
 SCAN = 24.0
 """Steps in a width in which the place of a faint pulse is looked for."""
@@ -225,11 +225,11 @@ def _spread_of(laid):
             square += one
         variance, error = max(total / square, 0.0), 2.0 / square
     expected = 0.5 * (variance + math.sqrt(variance * variance + error))
-    return about, math.sqrt(max(expected, LEAST**2))
+    return about, math.sqrt(max(expected, LEAST_SPREAD**2))
 
 
 @allocating
-def lay_clear(rows, x, origin, fewest):
+def lay_clear(rows, x, origin):
     """Lay the clear pulses of a span on each other.
 
     Returns
@@ -244,7 +244,7 @@ def lay_clear(rows, x, origin, fewest):
             count += 1
     laid = Laid(every.known[:count], every.covariance[:count])
     none = Mean(np.zeros(2), np.zeros(2), 1.0)
-    if count < fewest:
+    if count < LEAST:
         return False, laid, none, 0.0, 1.0
     widths = np.empty(count)
     square = fourth = 0.0

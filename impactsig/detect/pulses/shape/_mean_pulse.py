@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
+from .._knots import add_bend, add_sample, copy_of, no_knots, solve_knots
 from ..edges import FIT
 from ..fit_errors import BASE, SEEN, TILT, ZERO
 from ._common_rest import MEAN_SLOPE
@@ -75,7 +76,7 @@ def build(laid, rows, x, origin, before):
     Samples count less by how much the error of t0 moves them.
     """
     count, apart = len(before.heights), before.apart
-    own, beside, right = np.zeros(count), np.zeros(count), np.zeros(count)
+    knots = no_knots(count)
     for i in range(len(laid.known)):
         one = laid.known[i]
         kept = rows[int(one[ONE]), FIT:]
@@ -92,40 +93,27 @@ def build(laid, rows, x, origin, before):
                 continue
             slope = (height_at(v + near, before) - height_at(v - near, before)) / (2.0 * near)
             weight = height**2 / (one[SIGMA] ** 2 + (height * slope * blur) ** 2)
-            value, f = sample(x, origin, kept, j) / height, place - b
-            own[b] += weight * (1.0 - f) ** 2
-            own[b + 1] += weight * f * f
-            beside[b] += weight * f * (1.0 - f)
-            right[b] += weight * (1.0 - f) * value
-            right[b + 1] += weight * f * value
+            add_sample(knots, b, place - b, weight, sample(x, origin, kept, j) / height)
     total = 0.0
     for b in range(count):
-        total += own[b]
+        total += knots.own[b]
     smooth = max(SMOOTH * total / count, 1e-300)
-    weight = own.copy()
+    weight = knots.own.copy()
     for b in range(count - 1):
         change = smooth * (before.heights[b + 1] - before.heights[b])
-        own[b] += smooth
-        own[b + 1] += smooth
-        beside[b] -= smooth
-        right[b] -= change
-        right[b + 1] += change
-    own[0] += smooth
-    own[count - 1] += smooth
-    heights = np.empty(count)
-    none = np.zeros(count)
-    _solve_bands(own, beside, none, right, heights)
-    own_too, beside_too, beyond = own.copy(), beside.copy(), np.zeros(count)
+        knots.own[b] += smooth
+        knots.own[b + 1] += smooth
+        knots.beside[b] -= smooth
+        knots.right[b] -= change
+        knots.right[b + 1] += change
+    knots.own[0] += smooth
+    knots.own[count - 1] += smooth
+    heights, smoothed = np.empty(count), np.empty(count)
+    solve_knots(knots, heights)
+    bound = copy_of(knots)
     for b in range(1, count - 1):
-        one = 1.0 / _bend(heights, own, b, apart)
-        own_too[b - 1] += one
-        own_too[b] += 4.0 * one
-        own_too[b + 1] += one
-        beside_too[b - 1] -= 2.0 * one
-        beside_too[b] -= 2.0 * one
-        beyond[b - 1] += one
-    smoothed = np.empty(count)
-    _solve_bands(own_too, beside_too, beyond, right, smoothed)
+        add_bend(bound, b, 1.0 / _bend(heights, knots.own, b, apart))
+    solve_knots(bound, smoothed)
     return Mean(smoothed, weight, apart)
 
 
@@ -138,36 +126,6 @@ def _bend(heights, weight, b, apart):
         total += second**2 - 1.0 / weight[k - 1] - 4.0 / weight[k] - 1.0 / weight[k + 1]
         count += 1.0
     return max(total / count, (CURVED * apart * apart) ** 2)
-
-
-@allocating
-def _solve_bands(own, beside, beyond, right, out):
-    """Put the solution of a symmetric positive definite system of five diagonals into `out`."""
-    count = len(own)
-    pivot, first, second = np.empty(count), np.zeros(count), np.zeros(count)
-    for b in range(count):
-        pivot[b] = own[b]
-        if b > 0:
-            pivot[b] -= first[b - 1] ** 2 * pivot[b - 1]
-        if b > 1:
-            pivot[b] -= second[b - 2] ** 2 * pivot[b - 2]
-        pivot[b] = max(pivot[b], 1e-300)
-        first[b] = beside[b]
-        if b > 0:
-            first[b] -= first[b - 1] * second[b - 1] * pivot[b - 1]
-        first[b] /= pivot[b]
-        second[b] = beyond[b] / pivot[b]
-        out[b] = right[b]
-        if b > 0:
-            out[b] -= first[b - 1] * out[b - 1]
-        if b > 1:
-            out[b] -= second[b - 2] * out[b - 2]
-    for b in range(count - 1, -1, -1):
-        out[b] /= pivot[b]
-        if b + 1 < count:
-            out[b] -= first[b] * out[b + 1]
-        if b + 2 < count:
-            out[b] -= second[b] * out[b + 2]
 
 
 @allocating

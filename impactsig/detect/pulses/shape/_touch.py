@@ -17,8 +17,10 @@ import math
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
+from .._damped_step import FIRST as DAMPING
+from .._damped_step import MOST, damped_step, more_damped
 from .._model import START, parts_of
-from .._small_matrices import factor, invert, solve
+from .._small_matrices import factor, invert
 from ..edges import FIT
 from ..fit_errors import BASE, FROM, NOISE, NOW, TILT, TO, ZERO
 from ._common_rest import EXACT, is_clear
@@ -127,15 +129,9 @@ def _descend(p, seen, room):
     about, v, y, w = seen
     trial, step, low, here, there = room
     misfit, cost = _evaluate(p, about, v, y, w, here)
-    damping = 1e-2
+    damping = DAMPING
     for _ in range(ROUNDS):
-        for i in range(TERMS):
-            for j in range(i):
-                low[i, j] = here[i, j]
-            low[i, i] = here[i, i] * (1.0 + damping)
-            step[i] = here[i, TERMS]
-        if factor(low):
-            solve(low, step)
+        if damped_step(here, damping, 0.0, low, step):
             for i in range(TERMS):
                 trial[i] = p[i] + min(max(step[i], -LONGEST), LONGEST)
             new_misfit, new_cost = _evaluate(trial, about, v, y, w, there)
@@ -150,8 +146,8 @@ def _descend(p, seen, room):
                     break
                 damping *= 0.1
                 continue
-        damping = max(10.0 * damping, 0.01)
-        if damping > 1e6:
+        damping = more_damped(damping)
+        if damping > MOST:
             break
     return misfit, cost
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..edges import FIT
 from ..fit_errors import FROM, MADE, SEEN, TAKEN, TO, ZERO
-from .shared_shape import nothing_told, share_shape
+from .shared_shape import share_shape
+from .told import nothing_told
 
 MANY = 32
 """Pulses that are measured together; the last ones, with all that are left."""

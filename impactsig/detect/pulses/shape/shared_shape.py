@@ -12,16 +12,14 @@ in one span may show in others: each tells the next of the spread and of the res
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
-from .._model import FLAT, LENGTH, POWER, POWERS, SKEW, START, WIDER, parts_of
-from ..edges import ERRORS, FIT, SHARED, SHARED_PEAK
+from .._model import FLAT, LENGTH, POWER, POWERS, SKEW, WIDER, parts_of
+from ..edges import ERRORS, FIT
 from ..fit_errors import (
-    BESIDE,
     EDGE,
     ESTIMATE,
     LEFT,
@@ -29,13 +27,12 @@ from ..fit_errors import (
     MADE,
     NOW,
     SEEN,
-    SHORT,
     TAKEN,
-    UNIT,
-    ZERO,
 )
 from ._by_mean import share_mean
+from ._by_shape import share
 from ._common_rest import (
+    LEAST,
     common_rest,
     is_clear,
     linearize_anew,
@@ -46,21 +43,15 @@ from ._mean_pulse import is_seen
 from ._misfit import allow_for_unseen, correct_misfit, doubt_unlike, what_is_left
 from ._shared_shape_kernels import (
     AGAIN,
-    AGREES,
     ALONE,
     APART,
     BRIEF,
-    FORGOTTEN,
     ROUNDS,
     SHAPES,
     Shape,
-    estimate_shape,
-    set_free,
-    variance_along,
 )
+from .told import learn, with_told
 
-LEAST = 5
-"""Pulses that a shape is read from."""
 ABOUT = np.array([0.0, 0.3, 0.3, 0.0, 0.0])
 """Where the mean shape is expected; its length at that of the matched responses. A half-sine has
 the power 1, a raised cosine 2."""
@@ -71,18 +62,12 @@ SHORTER = 0.25
 (`_shared_shape_kernels.py` says how it counts.) Laws that the family misses have half as much."""
 HELD = 1e-3
 """Standard deviation of a parameter that is held meanwhile."""
-BENT = 0.2
-"""Of the way that an instant is moved by: the standard error of taking the fit to be linear."""
 CLEAR_ROUNDS, STAYS = 5, 0.3
 """In which clear pulses find the rest of their shape, or until their instants stay [errors]."""
 MISSED_ROUNDS = 3
 """In which all pulses are measured with it."""
 STEEP, LONG = 16.0, 3.0
 """Samples on both edges, and flat top over these: where samples enter them fits are not linear."""
-AS_LONG = 8.0
-"""Times as long as the matched response, or as short, a pulse may become."""
-OF_REST = SHAPES
-"""Column, after those of the shape, of what is told of its rest."""
 DOUBT, OF_ONE = 3.7, 2.0
 """Standard errors of the rest's mean square that noise hardly ever leaves; of that of single fits,
 which is less than none by one to four."""
@@ -105,31 +90,6 @@ MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
 
-class Work(NamedTuple):
-    """Work arrays for the measurement of a pulse."""
-
-    new: np.ndarray  # (WIDER,), its parameters
-    along: np.ndarray  # (3, WIDER), derivatives of instant, contact time and peak
-    seen: np.ndarray  # (SHAPES,), twice for variances
-    moved: np.ndarray
-
-
-def nothing_told() -> np.ndarray:
-    """What spans tell of shapes: all before in rows 0 and 1, the last one alone in 2 and 3.
-
-    Of the variance of each parameter, and of the mean square of the rest, the information, times
-    the most likely value and alone.
-    """
-    return np.zeros((4, SHAPES + 1))
-
-
-def told_by_last(told: np.ndarray) -> np.ndarray:
-    """What the last span told alone, to tell it to another."""
-    alone = nothing_told()
-    alone[:ALONE] = told[ALONE:]
-    return alone
-
-
 def share_shape(rows, x, origin, timed, told):
     """Measure the pulses of `rows` again, in place, by their shared shape.
 
@@ -147,14 +107,14 @@ def share_shape(rows, x, origin, timed, told):
     missed, *found = _share_family(rows, x, origin, timed, told)
     left, alike, mean, learnt = found[2], found[3], found[6], found[8]
     far = _is_far(rows, alike, left if missed else 0.0, mean)
-    if far and share_mean(rows, x, origin, timed, far, LEAST):
+    if far and share_mean(rows, x, origin, timed, far):
         if missed:
-            _learn(learnt, told)
+            learn(learnt, told)
         return
     if missed:  # few records need it, and it takes long to compile
         before = rows.copy()
         moved = _share_missed(rows, x, origin, timed, told, *found)
-        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS), LEAST):
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS)):
             rows[:] = before
             return
     doubt_unlike(rows, alike, timed)
@@ -192,7 +152,7 @@ def _share_family(rows, x, origin, timed, told):
         if not missed and not steep:
             even[1, POWERS - SKEW] = HELD
         shape = Shape(even[0].copy(), even[1].copy(), np.zeros((SHAPES, SHAPES)), told)
-        shape = _share(rows, alike, timed, True, even, told, shape, ROUNDS)
+        shape = share(rows, alike, timed, True, even, told, shape, ROUNDS)
         if not missed and not steep:
             before, first, room = rows.copy(), shape, make_room()
             settled = _settle(rows, alike, x, origin, timed, even, told, shape, room)
@@ -209,14 +169,14 @@ def _share_family(rows, x, origin, timed, told):
                     _, left, error = common_rest(rows, clear, x, origin, room)
                 if left > DOUBT * error:  # a shape that single fits do not show
                     rows[:] = before
-                    shape = _share(rows, alike, timed, True, about, told, first, ROUNDS)
+                    shape = share(rows, alike, timed, True, about, told, first, ROUNDS)
                     shape = _free(rows, alike, x, origin, timed, about, told, shape, room)
                     _, left, error = common_rest(rows, clear, x, origin, room)
         mean, spread, learnt = shape.mean, shape.spread, shape.told
-    left, error = _with_told(left / absorbed, error / absorbed, learnt)
+    left, error = with_told(left / absorbed, error / absorbed, learnt)
     missed |= len(alike) > 0 and left > DOUBT * error
     if not missed:
-        _learn(learnt, told)
+        learn(learnt, told)
         allow_for_unseen(rows, alike, max(left - USUAL * error, 0.0), timed)
     shown = missed and len(clear) >= LEAST and not steep
     left = max(left, 0.0)
@@ -236,7 +196,7 @@ def _settle(rows, alike, x, origin, timed, about, told, shape, room):
         if shape.mean[FLAT - SKEW] < 0.0:
             shape.mean[FLAT - SKEW] = about[0, FLAT - SKEW] = 0.0
             about[1, FLAT - SKEW] = HELD
-        shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+        shape = share(rows, alike, timed, True, about, told, shape, AGAIN)
     return shape
 
 
@@ -244,7 +204,7 @@ def _settle(rows, alike, x, origin, timed, about, told, shape, room):
 def _free(rows, alike, x, origin, timed, about, told, shape, room):
     """The shape after a round about where pulses are, free in what `about` does not hold."""
     linearize_anew(rows, alike, x, origin, room)
-    return _share(rows, alike, timed, True, about, told, shape, AGAIN)
+    return share(rows, alike, timed, True, about, told, shape, AGAIN)
 
 
 @allocating
@@ -267,7 +227,7 @@ def _share_missed(
                 linearize_with(rows, clear, x, origin, rest, room)
                 for i in range(len(clear)):
                     before[i] = rows[clear[i], 0]
-                shape = _share(rows, clear, timed, False, about, told, shape, AGAIN)
+                shape = share(rows, clear, timed, False, about, told, shape, AGAIN)
                 moved = highest = 0.0
                 for i in range(len(clear)):
                     row = rows[clear[i]]
@@ -280,14 +240,13 @@ def _share_missed(
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
                 linearize_with(rows, alike, x, origin, rest, room)
-                shape = _share(rows, alike, timed, False, about, told, shape, AGAIN)
+                shape = share(rows, alike, timed, False, about, told, shape, AGAIN)
         elif not steep:
-            linearize_anew(rows, alike, x, origin, room)
-            shape = _share(rows, alike, timed, True, about, told, shape, AGAIN)
+            shape = _free(rows, alike, x, origin, timed, about, told, shape, room)
         for k in range(len(learnt)):
             for m in range(SHAPES):
                 learnt[k, m] = shape.told[k, m]
-    _learn(learnt, told)
+    learn(learnt, told)
     rest, held, error = common_rest(rows, clear, x, origin, room)
     held = max(held - DOUBT * error, 0.0) if shown else 0.0
     correct_misfit(rows, alike, x, origin, left, held, rest, timed)
@@ -334,35 +293,6 @@ def _usual_length(rows, alike):
         length += one * (parts.rise + parts.flat + parts.fall)
         total += one
     return max(length / total, 1.0) if total > 0.0 else 1.0
-
-
-@kernel
-def _with_told(left, error, told):
-    """Mean square of the rest and its error, with what the spans before tell of it.
-
-    Unless this one shows more; that it shows less says little, for the family may follow the pulses
-    of one second. What the span tells by itself is put into `told`.
-    """
-    seen = error**-2.0 if error > 0.0 else 0.0
-    told[ALONE, OF_REST], told[ALONE + 1, OF_REST] = seen * left, seen
-    known = told[1, OF_REST]
-    if known > 0.0 and seen > 0.0:
-        apart = left - told[0, OF_REST] / known
-        if apart > AGREES * math.sqrt(1.0 / known + 1.0 / seen):
-            told[:ALONE, OF_REST] = 0.0
-    known = told[1, OF_REST] + seen
-    if not known > 0.0:
-        return 0.0, np.inf
-    return (told[0, OF_REST] + seen * left) / known, known**-0.5
-
-
-@kernel
-def _learn(learnt, told):
-    """Add what a span tells of shapes, and forget some of what those before told."""
-    for k in range(ALONE):
-        for m in range(SHAPES + 1):
-            told[ALONE + k, m] = learnt[ALONE + k, m]
-            told[k, m] = (1.0 - FORGOTTEN) * learnt[k, m] + learnt[ALONE + k, m]
 
 
 @allocating
@@ -425,96 +355,3 @@ def _are_steep(rows, alike):
 def _is_fitted(row):
     """Whether one pulse was fitted here, well or not, and is whole."""
     return row[5] == 0 and row[6] == 0 and row[FIT + MADE] == row[0]
-
-
-@allocating
-def _share(rows, alike, timed, alone, about, told, before, rounds):
-    """Estimate the shape that pulses share, and measure them by it; `alone`, with its error."""
-    count = len(alike)
-    fits = set_free(rows, alike)
-    shape = estimate_shape(fits, about, told, before, rounds)
-    work = Work(np.empty(WIDER), np.zeros((3, WIDER)), np.empty(SHAPES), np.empty(SHAPES))
-    for i in range(count):
-        _measure(rows[alike[i]], i, fits, shape, timed, alone, work)
-    return shape
-
-
-@kernel
-def _measure(row, i, fits, shape, timed, alone, work):
-    """Write instant, contact time and peak of pulse i, with errors, by the shared shape."""
-    kept = row[FIT:]
-    old = kept[ESTIMATE : ESTIMATE + WIDER]
-    new, along, seen, turned = work
-    for m in range(WIDER):
-        new[m] = old[m] + fits.step[m, i]
-    for m in range(SKEW, WIDER):
-        new[m] = min(max(new[m], old[m] - 1.0), old[m] + 1.0)
-    before = parts_of(old)
-    change, new[FLAT] = new[FLAT] - old[FLAT], old[FLAT]
-    parts = parts_of(new)
-    middle = math.exp(new[LENGTH])
-    flat = middle * BRIEF * (math.exp(fits.shape[FLAT - SKEW, i] + change) - 1.0)
-    contact = parts.rise + flat + parts.fall
-    previous = before.rise + before.flat + before.fall
-    moved = new[START] - old[START]
-    near = abs(moved) < 0.5 * previous and 0.5 < contact / previous < 2.0
-    near &= 0.5 < new[0] / old[0] < 2.0 and _is_as_long(contact, kept)
-    if not near or kept[ZERO] + new[START] < 0.0:
-        if not is_clear(row):
-            _begin_again(kept, shape, previous, new)
-        return
-    new[FLAT] = math.log(max(flat / middle, 1e-9))
-    along[0, START] = along[2, 0] = 1.0
-    along[1, SKEW], along[1, FLAT] = 0.5 * (parts.rise - parts.fall), flat + middle * BRIEF
-    along[1, LENGTH] = contact
-    start, shared = variance_along(along[0], i, fits, shape, seen, turned)
-    # That of the baseline hardly moves a length that the shape holds.
-    lasting, by_shape = variance_along(along[1], i, fits, shape, seen, turned)
-    peak, of_peaks = variance_along(along[2], i, fits, shape, seen, turned)
-    if not alone:
-        shared = by_shape = 0.0  # touches are read off the mean edge
-    start, lasting, peak = start + shared, lasting + by_shape, peak + of_peaks
-    if not (start >= 0.0 and lasting >= 0.0 and peak >= 0.0):
-        return  # rounding is all that is left of them
-    for m in range(WIDER):
-        kept[NOW + m] = new[m]
-    kept[SHORT] = min(flat, 0.0)
-    row[0] = kept[ZERO] + new[START]
-    row[ERRORS] = math.sqrt(start + kept[BESIDE] + (BENT * moved) ** 2)
-    row[SHARED] = math.sqrt(max(shared, 0.0))
-    if timed:
-        row[1], row[4] = contact, parts.rise + 0.5 * flat
-        row[ERRORS + 1] = math.sqrt(lasting)
-    if kept[UNIT] > 0.0:
-        row[2] = new[0] * kept[UNIT]
-        row[ERRORS + 2] = math.sqrt(peak + kept[BESIDE + 2]) * kept[UNIT]
-        row[SHARED_PEAK] = math.sqrt(max(of_peaks, 0.0)) * kept[UNIT]
-
-
-@kernel
-def _is_as_long(length, kept):
-    """Whether a length is near that of the response that found the pulse."""
-    ratio = length / (2.0 * math.exp(kept[EDGE]))
-    return 1.0 / AS_LONG < ratio < AS_LONG
-
-
-@kernel
-def _begin_again(kept, shape, length, new):
-    """Take a pulse for one of the mean shape, where it is and with its impulse.
-
-    A fit of a faint pulse may be that of one crest of its noise: far from the shape of the others
-    it says nothing of where it is to be linear. `new` is room for the parameters.
-    """
-    old = kept[ESTIMATE : ESTIMATE + WIDER]
-    for m in range(SKEW, WIDER):
-        new[m] = shape.mean[m - SKEW]
-    new[FLAT] = math.log(max(BRIEF * (math.exp(new[FLAT]) - 1.0), 1e-9))
-    parts = parts_of(new)
-    longer = parts.rise + parts.flat + parts.fall
-    if not _is_as_long(longer, kept):
-        return
-    new[START] = max(old[START] + 0.5 * (length - longer), -kept[ZERO])
-    new[0] = old[0] * length / longer
-    for m in range(WIDER):
-        kept[NOW + m] = new[m]
-    kept[SHORT] = 0.0

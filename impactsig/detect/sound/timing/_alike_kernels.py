@@ -21,7 +21,7 @@ ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one mor
 TAPS = 16  # samples on either side from which a value between samples is interpolated
 UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
 TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
-_NONE = np.uint64(0)
+_NONE, _FOUR = np.uint64(0), np.uint64(4)
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
@@ -95,33 +95,33 @@ def product(y, first, weighted):
 
 
 @fused
-def add_products(y, begin, apart, step, weights, count, sums):
-    """Set sums[:, i], i < count, to the parts of sum_k weights[k] y[begin + k apart + i step].
+def add_products(y, begin, step, weights, count, sums):
+    """Set sums[:, i], i < count, to the parts of sum_k weights[k] y[begin + k + i step].
 
     Their sum, (0 + 1) + (2 + 3), is that of `product`. Four terms of a part are added at a time.
     Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
     """
     whole = len(weights) // 4 * 4
-    far, by, end = np.uint64(4 * apart), np.uint64(step), np.uint64(count)
+    by, end = np.uint64(step), np.uint64(count)
     for part in range(4):
         out = sums[part]
         out[:] = 0.0
         done = part
         for k in range(part, whole - 12, 16):
             w0, w1, w2, w3 = weights[k], weights[k + 4], weights[k + 8], weights[k + 12]
-            a = np.uint64(begin + k * apart)
-            b, c, d = a + far, a + far + far, a + far + far + far
+            a = np.uint64(begin + k)
+            b, c, d = a + _FOUR, a + _FOUR + _FOUR, a + _FOUR + _FOUR + _FOUR
             for i in range(_NONE, end):
                 j = i * by
                 out[i] = out[i] + w0 * y[a + j] + w1 * y[b + j] + w2 * y[c + j] + w3 * y[d + j]
             done = k + 16
         for k in range(done, whole, 4):
-            w0, a = weights[k], np.uint64(begin + k * apart)
+            w0, a = weights[k], np.uint64(begin + k)
             for i in range(_NONE, end):
                 out[i] += w0 * y[a + i * by]
     out = sums[0]
     for k in range(whole, len(weights)):
-        w0, a = weights[k], np.uint64(begin + k * apart)
+        w0, a = weights[k], np.uint64(begin + k)
         for i in range(_NONE, end):
             out[i] += w0 * y[a + i * by]
 
@@ -136,7 +136,7 @@ def respond(y, first, reach, stride, weighted, sums):
     count, rows = 2 * (reach // stride) + 1, len(weighted)
     out = np.empty(count * rows)
     for row in range(rows):
-        add_products(y, first - reach // stride * stride, 1, stride, weighted[row], count, sums)
+        add_products(y, first - reach // stride * stride, stride, weighted[row], count, sums)
         for k in range(count):
             out[k * rows + row] = (sums[0, k] + sums[1, k]) + (sums[2, k] + sums[3, k])
     return out

@@ -21,6 +21,7 @@ from ._shared_modes_kernels import accumulate, add_moved
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
+REACH, SLOPE_REACH = 24, 10  # samples to either side; of that of `resample_poly`
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / (3 * PER_SAMPLE)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
 HIGH_PASS_REACH = 2e-3  # [s]
@@ -29,24 +30,29 @@ SMOOTH = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # of its spectrum
 WEAKEST_NOISE = 0.1  # of its density, over the median above HIGH_PASS, that is believed
 
 
-def cliff(edge: float, reach: int = 24) -> np.ndarray:
-    """The response with its -6 dB point at `edge` times half the rate, from -reach to reach."""
-    u = np.arange(-reach * PER_SAMPLE, reach * PER_SAMPLE + 1) / PER_SAMPLE
-    return edge * np.sinc(edge * u) * np.cos(0.5 * np.pi * u / reach) ** 2
+def _places(reach: int) -> np.ndarray:
+    """Places of the values of a response, from -reach to reach samples."""
+    return np.arange(-reach * PER_SAMPLE, reach * PER_SAMPLE + 1) / PER_SAMPLE
 
 
-def slope(reach: int = 10) -> np.ndarray:
+def cliff(edge: float) -> np.ndarray:
+    """The response with its -6 dB point at `edge` times half the rate."""
+    u = _places(REACH)
+    return edge * np.sinc(edge * u) * np.cos(0.5 * np.pi * u / REACH) ** 2
+
+
+def slope() -> np.ndarray:
     """The response of a Kaiser window with beta 5, the default of `scipy.signal.resample_poly`."""
-    u = np.arange(-reach * PER_SAMPLE, reach * PER_SAMPLE + 1) / PER_SAMPLE
+    u = _places(SLOPE_REACH)
     return np.sinc(u) * np.kaiser(len(u), 5.0)
 
 
-def chebyshev(reach: int = 24) -> np.ndarray:
+def chebyshev() -> np.ndarray:
     """The response of `scipy.signal.decimate`: order 8, edge 0.8, forward and backward."""
     from scipy import signal
 
-    impulse = np.zeros(2 * reach * PER_SAMPLE + 1)
-    impulse[reach * PER_SAMPLE] = PER_SAMPLE
+    impulse = np.zeros(2 * REACH * PER_SAMPLE + 1)
+    impulse[REACH * PER_SAMPLE] = PER_SAMPLE
     sections = signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos")
     return np.asarray(signal.sosfiltfilt(sections, impulse))
 

@@ -74,7 +74,7 @@ def add_lagged_products(ring, rows, factor, total):
     """
     width = len(total)
     sums, values = np.empty((4, width)), np.empty(width)
-    add_products(ring, 0, 1, 1, ring[width - 1 : width - 1 + rows], width, sums)
+    add_products(ring, 0, 1, ring[width - 1 : width - 1 + rows], width, sums)
     for i in range(width):
         values[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
         total[i, width - 1] += factor * values[i]

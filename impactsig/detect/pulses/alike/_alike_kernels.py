@@ -12,10 +12,12 @@ import math
 
 import numpy as np
 
-from ..._compiling.compiled import allocating, kernel
-from ._small_matrices import factor, invert, solve
-from .edges import FIT
-from .fit_errors import BASE, TILT, ZERO
+from ...._compiling.compiled import allocating, kernel
+from .._damped_step import FIRST, MOST, UNBOUND, damped_step, factor_damped, more_damped
+from .._knots import add_bend, add_sample, copy_of, solve_knots
+from .._small_matrices import invert
+from ..edges import FIT
+from ..fit_errors import BASE, TILT, ZERO
 
 PER_CONTACT, BEFORE = 64, 3
 KNOTS = PER_CONTACT + 2 * BEFORE + 1
@@ -23,12 +25,12 @@ BOTH = 7  # A, t0, ln T of the first, then of the second, and the baseline
 STIFF = 0.02  # weight of a knot's bend, over that of its samples
 LONGEST = np.array([np.inf, 0.3, 0.3, np.inf, 0.3, 0.3, np.inf])
 """Longest step; of starts, in contact times."""
-MOST, GAIN = 30, 1e-2
+STEPS, GAIN = 30, 1e-2
 """Steps, and what each gains at least, in the noise's variance."""
 
 
 @allocating
-def add_to_shape(rows, chosen, x, origin, normal, right):
+def add_to_shape(rows, chosen, x, origin, knots):
     """Add the samples of the chosen pulses to the normal equations of their mean shape.
 
     Parameters
@@ -39,7 +41,7 @@ def add_to_shape(rows, chosen, x, origin, normal, right):
         Those that stand alone.
     x, origin : array, int
         The samples, and the place of the first.
-    normal, right : array (KNOTS, KNOTS), (KNOTS,)
+    knots : Knots
     """
     for k in chosen:
         start, length, height, kept = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, FIT:]
@@ -53,35 +55,20 @@ def add_to_shape(rows, chosen, x, origin, normal, right):
             j = int(place)
             if place < 0.0 or j >= KNOTS - 1:
                 continue
-            f = place - j
             value = (x[i - origin] - kept[BASE] - kept[TILT] * (i - kept[ZERO])) / height
-            normal[j, j] += weight * (1.0 - f) ** 2
-            normal[j + 1, j] += weight * f * (1.0 - f)
-            normal[j + 1, j + 1] += weight * f * f
-            right[j] += weight * (1.0 - f) * value
-            right[j + 1] += weight * f * value
+            add_sample(knots, j, place - j, weight, value)
 
 
 @allocating
-def solve_shape(normal, right, shape):
+def solve_shape(knots, shape):
     """Put the mean shape into `shape`, from its normal equations; whether they determine it."""
-    factors = normal.copy()
+    bound = copy_of(knots)
     weight = 0.0
     for j in range(KNOTS):
-        shape[j] = right[j]
-        weight += normal[j, j]
-    stiff = STIFF * weight / KNOTS
+        weight += knots.own[j]
     for j in range(1, KNOTS - 1):
-        factors[j - 1, j - 1] += stiff
-        factors[j, j] += 4.0 * stiff
-        factors[j + 1, j + 1] += stiff
-        factors[j, j - 1] -= 2.0 * stiff
-        factors[j + 1, j] -= 2.0 * stiff
-        factors[j + 1, j - 1] += stiff
-    if not factor(factors):
-        return False
-    solve(factors, shape)
-    return True
+        add_bend(bound, j, STIFF * weight / KNOTS)
+    return solve_knots(bound, shape)
 
 
 @kernel
@@ -134,17 +121,11 @@ def fit_two(points, x, shape, length, spread, p, covariance):
     """
     normals = np.empty((2, BOTH + 1, BOTH + 1))
     low, step, trial = np.empty((BOTH, BOTH)), np.empty(BOTH), np.empty(BOTH)
-    now, damping = 0, 1e-2
+    now, damping = 0, FIRST
     cost = _cost(p, points, x, shape, length, spread, normals[0])
-    for _ in range(MOST):
+    for _ in range(STEPS):
         here = normals[now]
-        for a in range(BOTH):
-            for b in range(a):
-                low[a, b] = here[a, b]
-            low[a, a] = here[a, a] * (1.0 + damping) + 1e-12
-            step[a] = here[a, BOTH]
-        if factor(low):
-            solve(low, step)
+        if damped_step(here, damping, UNBOUND, low, step):
             for a in range(BOTH):
                 most = LONGEST[a] * (math.exp(length) if a % 3 == 1 else 1.0)
                 trial[a] = p[a] + min(max(step[a], -most), most)
@@ -157,15 +138,10 @@ def fit_two(points, x, shape, length, spread, p, covariance):
                     break
                 damping *= 0.1
                 continue
-        damping = max(10.0 * damping, 0.01)
-        if damping > 1e6:
+        damping = more_damped(damping)
+        if damping > MOST:
             break
-    here = normals[now]
-    for a in range(BOTH):
-        for b in range(a):
-            low[a, b] = here[a, b]
-        low[a, a] = here[a, a] * (1.0 + 1e-9) + 1e-12
-    if not factor(low):
+    if not factor_damped(normals[now], 1e-9, UNBOUND, low):
         return np.inf
     invert(low, covariance)
     return cost / max(len(points) - BOTH, 1)
