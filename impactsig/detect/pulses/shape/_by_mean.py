@@ -112,7 +112,7 @@ def share_mean(rows, x, origin, timed, left):
     drop = _jump(gentle, mean.apart, width)
     if jump > 0.0 or drop > 0.0:
         crest, top, sharp = _crest_beside(
-            mean, about, begun + steep, done - gentle, jump > 0.0, drop > 0.0
+            mean, about, begun + steep, done - gentle, jump > 0.0, drop > 0.0, top
         )
     area = 0.0
     for b in range(len(mean.heights)):
@@ -254,14 +254,18 @@ def _jump(edge, apart, width):
 
 
 @kernel
-def _crest_beside(mean, about, start, end, jumps, drops):
+def _crest_beside(mean, about, start, end, jumps, drops, top):
     """As `_crest`, of a mean pulse that jumps at `start` or drops at `end`; knots overshoot there.
 
+    Where they do, the crest of all knots is at the jump, which lies between two samples and two
+    knots. Where it is beyond, at `top`, the rise is round.
     The logarithm of the height of a jump is at most that of a line through the knots behind these.
     Whether it is round, these do not tell: it may be lower by ROUND of the way from the first of
     them to there.
     """
     beside = max(2.0 * math.exp(-about), BESIDE * mean.apart)
+    near = math.exp(-about) + mean.apart
+    jumps, drops = jumps and top < start + near, drops and top > end - near
     low = start + beside if jumps else start
     high = end - beside if drops else end
     best, at, sharp = _crest(mean, about, low, high)

@@ -57,6 +57,9 @@ ABOUT = np.array([0.0, 0.3, 0.3, 0.0, 0.0])
 the power 1, a raised cosine 2."""
 FAMILY_ROUNDS, TURNED = 4, 0.02
 """In which pulses become linear about the shape that they share, or until it turns by less."""
+SHORTER = 0.25
+"""By how much a flat top that is less than none leads astray: pulses are not linear so far from it.
+(`_shared_shape_kernels.py` says how it counts.) Laws that the family misses have half as much."""
 HELD = 1e-3
 """Standard deviation of a parameter that is held meanwhile."""
 CLEAR_ROUNDS, STAYS = 5, 0.3
@@ -73,10 +76,10 @@ USUAL = 1.7
 BY_ONE, BY_SHARED, FEWEST = 5.0, 2.0, 0.3
 """Samples of a pulse that its own fit follows, whatever they are, and that the shared shape does;
 no smaller share of the rest is taken to be left."""
-FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 2.5
+FAR, UNLIKE, UNSETTLED = 0.026, 0.5, 1.5
 """Of the heights is left, root mean square, such a share of clear pulses is not followed at all, or
-instants still move by so many errors in the last round: then only the pulses themselves tell how
-they lie to each other."""
+instants still move by so many errors in the last round, root mean square: then only the pulses
+themselves tell how they lie to each other. One of many pulses may always move."""
 SOFTEST, LEAST_FAR = 0.85, 0.006
 """Logarithm of the power of an edge above which the family, where it misses so much of the heights,
 does not tell where pulses begin: they are longer the greater it is, and hardly differ."""
@@ -152,11 +155,18 @@ def _share_family(rows, x, origin, timed, told):
         shape = share(rows, alike, timed, True, even, told, shape, ROUNDS)
         if not missed and not steep:
             before, first, room = rows.copy(), shape, make_room()
-            shape = _settle(rows, alike, x, origin, timed, even, told, shape, room)
-            shape = _free(rows, alike, x, origin, timed, about, told, shape, room)
+            settled = _settle(rows, alike, x, origin, timed, even, told, shape, room)
+            near = rows.copy()
+            shape = _free(rows, alike, x, origin, timed, about, told, settled, room)
             if len(clear) >= LEAST:
                 absorbed = max(1.0 - BY_SHARED / length, FEWEST)
                 _, left, error = common_rest(rows, clear, x, origin, room)
+                if left > DOUBT * error and shape.mean[FLAT - SKEW] < -SHORTER:
+                    rows[:] = near
+                    even[1] = about[1]
+                    even[0, FLAT - SKEW], even[1, FLAT - SKEW] = 0.0, HELD
+                    shape = _free(rows, alike, x, origin, timed, even, told, settled, room)
+                    _, left, error = common_rest(rows, clear, x, origin, room)
                 if left > DOUBT * error:  # a shape that single fits do not show
                     rows[:] = before
                     shape = share(rows, alike, timed, True, about, told, first, ROUNDS)
@@ -203,7 +213,7 @@ def _share_missed(
 ):
     """Measure pulses that the family misses, with the rest of their shape; see `_share_family`.
 
-    How far clear pulses still moved in the last round [errors].
+    How far clear pulses still moved in the last round, root mean square [errors].
     """
     room = make_room()
     moved = 0.0
@@ -218,11 +228,14 @@ def _share_missed(
                 for i in range(len(clear)):
                     before[i] = rows[clear[i], 0]
                 shape = share(rows, clear, timed, False, about, told, shape, AGAIN)
-                moved = 0.0
+                moved = highest = 0.0
                 for i in range(len(clear)):
                     row = rows[clear[i]]
-                    moved = max(moved, abs(row[0] - before[i]) / row[ERRORS])
-                if moved < STAYS:
+                    one = abs(row[0] - before[i]) / row[ERRORS]
+                    highest = max(highest, one)
+                    moved += one * one / len(clear)
+                moved = math.sqrt(moved)
+                if highest < STAYS:
                     break
             rest = common_rest(rows, clear, x, origin, room)[0]
             for _ in range(MISSED_ROUNDS):
