@@ -351,6 +351,27 @@ def calibrated(judged, f1, pace, counts, seconds, spread):
     return turned
 
 
+def with_overlap(judged, narrow, share, every, pace):
+    """Probabilities where impacts are dense; `every` are those of all crests that octaves show."""
+
+    def odds(p):
+        return np.log(p / (1 - p))
+
+    x = odds(np.array(every))
+    doubtful, clear = x[np.abs(x) < 3], x[x > 2]
+    mean = (4 + np.sum(1 / (1 + np.exp(-doubtful)))) / (10 + len(doubtful))
+    c = np.mean(np.minimum(clear, 12))
+    h = min(max((pace - 14) / 6, 0), 1) * min(max(9.3 - c, 0), 1)
+    record = 2.2 + 1.2 * (odds(mean) - odds(0.4)) - 0.7 * (c - 5)
+    turned = {}
+    for j, p in judged.items():
+        y = min(max(odds(p), -5), 6)
+        more = record + (0.22 if y > 0 else -0.6) * y + 1.5 * np.log(max(share[j], np.exp(-3)))
+        more *= 0 if narrow[j] else h
+        turned[j] = 1 / (1 + np.exp(-odds(p) - more))
+    return turned
+
+
 def attack(x, at, scale):
     """First sample after the likeliest change of variance."""
     best = (-1.0, at)

@@ -9,10 +9,11 @@ import numpy as np
 from ._kernels import GROUP
 from ._nearby import middle
 from ._survey import Survey
-from .deciding.calibrated import calibrated
+from .deciding.calibrated import SHORTEST, calibrated
 from .deciding.decision import candidates
 from .deciding.doubt import EVEN, Doubt
 from .deciding.gradual import steady_odds
+from .deciding.overlapping import with_overlap
 from .deciding.overload import may_be_edges
 
 
@@ -47,8 +48,12 @@ def choose(survey: Survey, least: float, doubt: Doubt) -> tuple[dict[int, Chosen
         doubt.add(found.probability, found.odds)
     groups = sum(len(part) for passage in survey.passages for part in passage.bands)
     seconds = groups * GROUP * survey.scale.hop / rate
+    every = [
+        found._replace(odds=calibrated(found.odds, doubt, seconds, survey.spread))
+        for found in every
+    ]
+    every = with_overlap(every, doubt.right / max(seconds, SHORTEST))
     for passage, found in zip(survey.passages, every, strict=True):
-        found = found._replace(odds=calibrated(found.odds, doubt, seconds, survey.spread))
         likely = found.probability
         kept = likely >= min(least, EVEN)  # so that what is beside an impact is always the same
         pulses += int(np.count_nonzero(found.pulse & (likely < least)))

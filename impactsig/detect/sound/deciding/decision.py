@@ -48,7 +48,7 @@ impacts that only they show (`_rise_odds.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, those of bands to drums; the
 third to synthetic sound and drums, also in rooms and noise, by logistic regression. The record as a
-whole corrects them in `calibrated.py`.
+whole corrects them in `calibrated.py`, and `overlapping.py` where impacts are dense.
 """
 
 from __future__ import annotations
@@ -114,6 +114,7 @@ OTHERS_OFFSET = -7.3
 LIKELY = 7.0  # likelihood of a rise in one narrow band, less than which is likely to be noise
 NEXT, BESIDE_OTHER = 40e-3, 0.1  # [s], and share of the greatest C so near that one must reach
 HOPELESS = -4.0  # log-odds that are worked out no further
+TINIEST = 1e-9  # C
 
 
 class Candidates(NamedTuple):
@@ -126,6 +127,8 @@ class Candidates(NamedTuple):
     pulse: np.ndarray  # bool: no impact because it is one of many, as pulses of a voice
     crowded: np.ndarray  # bool: none because many come as densely, though little lies in between
     by_octaves: np.ndarray  # evidence
+    narrow: np.ndarray  # bool: likelier by narrow bands or a single octave than by all octaves
+    beyond_tails: np.ndarray  # share of C that exceeds the tails of earlier crests
 
     @property
     def probability(self) -> np.ndarray:
@@ -149,14 +152,18 @@ class Crests(NamedTuple):
     last: np.ndarray  # and before which they end
 
 
-def log_odds(by_octaves: np.ndarray, by_bands: np.ndarray, often: np.ndarray) -> np.ndarray:
-    """Log-odds of crests with this evidence, given the rate of evident impacts."""
+def octave_odds(by_octaves: np.ndarray, often: np.ndarray) -> np.ndarray:
+    """Log-odds of crests with this evidence from octaves, given the rate of evident impacts."""
     with np.errstate(divide="ignore"):
-        octaves, bands = np.log(by_octaves), np.log(by_bands)
-    return np.maximum(
-        OCTAVES_SLOPE * octaves + OFTEN_SLOPE * np.log(often) + OFFSET,
-        np.where(bands < 0.0, BANDS_SLOPES[0], BANDS_SLOPES[1]) * bands,
-    )
+        odds: np.ndarray = OCTAVES_SLOPE * np.log(by_octaves) + OFTEN_SLOPE * np.log(often) + OFFSET
+    return odds
+
+
+def band_odds(by_bands: np.ndarray) -> np.ndarray:
+    """Log-odds of crests with this evidence from narrow bands."""
+    with np.errstate(divide="ignore"):
+        bands = np.log(by_bands)
+    return np.asarray(np.where(bands < 0.0, BANDS_SLOPES[0], BANDS_SLOPES[1]) * bands)
 
 
 def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Candidates:
@@ -192,9 +199,11 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     often = rate_of_others(evident, len(b) * GROUP * seconds)
     grows = growth_near(passage, b, frame) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
-    odds = log_odds(by_octaves, np.where(grows, 0.0, by_bands), often)
+    odds = octave_odds(by_octaves, often)
     dense, crowd = dense_odds(place, height, crests.clear, audible, seconds)
     odds[: len(place)] = np.maximum(odds[: len(place)], np.maximum(among, dense))
+    bands = band_odds(np.where(grows, 0.0, by_bands))
+    narrow, odds = bands > odds, np.maximum(bands, odds)
     likely = odds > 0.0
     pulses = (risen < 1.0) & (odds[: len(place)] > HOPELESS)
     around = np.minimum(crests.bands, LEAST_BANDS)
@@ -205,7 +214,10 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     order = np.argsort(frame, kind="stable")
     pulse = likely & (odds <= 0.0)
     crowded = np.append(crowd, np.zeros(len(frame) - len(place), bool)) & ~likely
-    columns = (frame, coarse, np.zeros(len(frame)), odds, pulse, crowded, by_octaves)
+    share = np.ones(len(frame))
+    share[: len(place)] = crests.clear / np.maximum(height, TINIEST)
+    exact = np.zeros(len(frame))
+    columns = (frame, coarse, exact, odds, pulse, crowded, by_octaves, narrow, share)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
     return with_rises(found, crests, passage, b, audible, seconds)
@@ -283,9 +295,11 @@ def with_rises(
         return found._replace(odds=odds)
     rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
     own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
-    odds, own = one_of_each(found.frame, odds, own, RISES_ALONE / seconds)
+    by_all = odds
+    odds, own = one_of_each(found.frame, by_all, own, RISES_ALONE / seconds)
     spread = np.full(len(own.frame), RISE_SPREAD)
-    return with_others(found._replace(odds=odds), own.frame, spread, own.odds)
+    found = found._replace(odds=odds, narrow=found.narrow | (odds > by_all))
+    return with_others(found, own.frame, spread, own.odds)
 
 
 def with_others(
@@ -293,8 +307,8 @@ def with_others(
 ) -> Candidates:
     """Add candidates, in ascending order, to which rules for pulses and crowds do not apply."""
     at = np.searchsorted(found.frame, frame)
-    neither = np.zeros(len(frame), bool)
-    new = Candidates(frame, neither, spread, odds, neither, neither, np.zeros(len(frame)))
+    no, none = np.zeros(len(frame), bool), np.zeros(len(frame))
+    new = Candidates(frame, no, spread, odds, no, no, none, ~no, none + 1.0)
     pairs = zip(found, new, strict=True)
     return Candidates(*(np.insert(column, at, values) for column, values in pairs))
 
