@@ -10,7 +10,7 @@ import soundfile
 from scipy import signal
 from scipy.optimize import minimize_scalar
 
-from benchmarks import sound_errors
+from benchmarks import sound_errors, strange_sounds
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._attacks import shifted
@@ -21,7 +21,6 @@ from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,
     TAPS,
     fit_shift,
-    lay_over,
     likeliest,
     mean_wave,
     respond,
@@ -343,25 +342,11 @@ def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
     assert max(last for _, last in read) <= lengths.length
 
 
-def test_shifts_that_clearly_disagree_with_attacks_are_seen_by_a_quarter(monkeypatch):
-    """One waveform whose attacks are off by up to 1.2 ms, which their errors do not allow."""
-    rate, laid = 22_050.0, []
-    lengths = sound_lengths(rate, scale_at(rate))
-    rng = np.random.default_rng(2)
-    late = 1.2e-3 * rate * rng.uniform(-1.0, 1.0, LEARN)
-    since = (np.arange(lengths.length) - lengths.before - late[:, None]) / rate
-    sounds = ring(since, (0.3, 1.9, 4.0)) + 1e-3 * rng.standard_normal((LEARN, lengths.length))
-
-    def laying(sounds, *others):
-        laid.append(len(sounds))
-        return lay_over(sounds, *others)
-
-    monkeypatch.setattr(alike, "lay_over", laying)
-    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
-    overlay.add(sounds, np.full(LEARN, 0.3))
-    assert np.isnan(overlay.timing()).all()
-    assert laid[-1] == LEARN // 4
-    assert sum(laid) < LEARN // 2
+@pytest.mark.parametrize("seed", [191752, 191788])
+def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
+    """Noise or a soft beginning moves attacks by up to .5 ms; all sounds together still agree."""
+    found = sound_errors.errors(strange_sounds.record(seed)[0])
+    assert np.std(found[:, 0]) < 20e-6
 
 
 def test_instants_are_never_put_out_of_order():

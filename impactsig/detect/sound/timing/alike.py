@@ -46,7 +46,7 @@ UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 CLEAR = 0.02  # fraction of its power left of a sound with so little noise that its attack is right
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
-QUARTERS, CLEARLY = 4, 2.0  # laid one after the other; times that, seen by one of them
+QUARTERS = 4  # of the sounds, laid one after the other
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
 INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
@@ -216,7 +216,7 @@ class Overlay:
             return None
         for turn in range(PASSES):
             shift_wave(wave, lengths.pad, shifts)
-            laid = self._lay_if_alike(sounds, anywhere, expected, shifts)
+            laid = self._lay_if_alike(sounds, anywhere, shifts)
             if laid is None:
                 return None
             alike = _alike(laid)
@@ -328,23 +328,16 @@ class Overlay:
         return float(np.sum(self.weight * a * b))
 
     def _lay_if_alike(
-        self, sounds: np.ndarray, near: np.ndarray, expected: np.ndarray, shifts: np.ndarray
+        self, sounds: np.ndarray, near: np.ndarray, shifts: np.ndarray
     ) -> np.ndarray | None:
-        """The result of `_lay`; None once too few can be alike or shifts clearly disagree."""
+        """The result of `_lay`; None as soon as too few can be alike."""
         spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
         for first in range(min(QUARTERS, len(sounds))):
             some = slice(first, None, QUARTERS)
-            part = self._lay(np.ascontiguousarray(sounds[some]), near[some], shifts, 0.0, 1.0)
-            laid[some] = part
-            alike = _alike(part)
-            spare -= np.count_nonzero(~alike)
+            laid[some] = self._lay(np.ascontiguousarray(sounds[some]), near[some], shifts, 0.0, 1.0)
+            spare -= np.count_nonzero(~_alike(laid[some]))
             if spare < 0.0:
                 return None
-            fits, known = part[alike], expected[some][alike]
-            if len(fits) >= LEAST:
-                _, apart = _apart(fits, known)
-                if middle(apart) > CLEARLY * self._agree(fits, known[:, 1]):
-                    return None
         return laid
 
     def _lay(
