@@ -340,7 +340,7 @@ def orbit_of(
     multipliers = np.full(len(state), math.nan)
     system = shooting.moves
     if here is not None:
-        multipliers = here.multipliers
+        multipliers = shooting.multipliers(here, state)
         start = shooting.parts(state)
         motion = simulate(system, periods=shooting.periods, initial=start, **shooting.options)
         hits = motion.impacts

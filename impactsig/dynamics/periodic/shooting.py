@@ -112,6 +112,10 @@ class Shooting(ABC):
             return math.inf, state, None
         return self.error(gap, state), gap, here
 
+    def multipliers(self, here: TangentMap, state: np.ndarray) -> np.ndarray:
+        """Floquet multipliers of the orbit through a fixed point."""
+        return here.multipliers
+
     def slopes(self, here: TangentMap, unit: np.ndarray) -> np.ndarray:
         """Derivative of the difference by the state, both in these units."""
         return here.matrix * unit[None, :] / unit[:, None] - np.eye(len(unit))
