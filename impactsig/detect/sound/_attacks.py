@@ -128,7 +128,7 @@ class Attacks:
         probability = passage.probability[here]
         self.modes.add(x, valid, attack[:, 0])
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
-        self.growth.add(sounds[probability >= EVEN])
+        self.growth.add(sounds, probability >= EVEN)
         attack[:, 0] += window.segment + window.first - margin
         spread = passage.spread[here]
         tells = lone, sharp, rise, gradual, overload
