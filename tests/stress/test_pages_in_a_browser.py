@@ -45,7 +45,7 @@ def pages(tmp_path_factory):
     (place / "up" / "23.0Hz.wav").write_bytes(b"RIFF and no more")
     runs = Experiment.read(place, RIG, workers=1, progress=False)
     first = runs.write_report(place / "experiment", workers=1, progress=False)
-    files = sorted(place.glob("up/*.wav"))
+    files = sorted(place.glob("up/*.wav"))[1:]
     write_reports(files, place / "batch", workers=1, progress=False, unit="N", sensor="force")
     return {"experiment": first, "batch": place / "batch" / "index.html"}
 
