@@ -97,7 +97,6 @@ def ax():
 @pytest.fixture
 def without_figures(monkeypatch):
     """Pages of reports without their figures: to draw them takes most of a page's time."""
-    from impactsig.report import figures, findings, fitted
+    from tests.drawing import leave_out_figures
 
-    for module in (figures, findings, fitted):
-        monkeypatch.setattr(module, "draw_figure", lambda *_: "data:,")
+    leave_out_figures(monkeypatch)
