@@ -115,7 +115,7 @@ class Attacks:
         if self.taps is not None:
             clipped_after(raw, attack[:, 0], valid, self.limits, scale, attack[:, 2])
         lone = np.empty(len(places), np.bool_)
-        lone_samples(raw, attack[:, 0], valid, round(CLICK * rate), scale.reach, lone)
+        lone_samples(raw, attack[:, 0].copy(), valid, round(CLICK * rate), scale.reach, lone)
         sharp, rise = np.full((2, len(places)), np.nan)
         dense = self.crowded[window.segment][here]
         if dense.any():
