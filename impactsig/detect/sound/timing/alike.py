@@ -222,7 +222,9 @@ class Overlay:
             alike = _alike(laid)
             fits, error = laid[alike], expected[alike, 1]
             shift, factor = fits[:, 0], fits[:, 1]
-            latency, apart = _apart(fits, expected[alike])
+            late = shift - expected[alike, 0]
+            latency = middle(late)
+            apart = np.abs(late - latency)
             if middle(apart) > self._agree(fits, error):
                 return None
             if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
@@ -368,13 +370,6 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
         total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
-
-
-def _apart(fits: np.ndarray, expected: np.ndarray) -> tuple[float, np.ndarray]:
-    """How late shifts are in the median, and how far from that each is."""
-    late = fits[:, 0] - expected[:, 0]
-    latency = middle(late)
-    return latency, np.abs(late - latency)
 
 
 def _slope(shifts: np.ndarray) -> np.ndarray:
