@@ -24,8 +24,12 @@ from impactsig.detect.sound.timing._edge import (
 )
 from impactsig.detect.sound.timing._mode_basis_kernels import project
 from impactsig.detect.sound.timing._shared_exponents import shared_exponents
-from impactsig.detect.sound.timing._shared_modes_fit import OWN, modes_behind
-from impactsig.detect.sound.timing._shared_modes_kernels import add_lagged_products, crossings
+from impactsig.detect.sound.timing._shared_modes_fit import CLOSE, OWN, PRIORS, modes_behind
+from impactsig.detect.sound.timing._shared_modes_kernels import (
+    FINE,
+    add_lagged_products,
+    crossings,
+)
 from impactsig.detect.sound.timing._shift_kernels import log_probabilities, most_probable
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
@@ -292,6 +296,38 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
     assert model.misfit > 0.0
 
 
+def test_what_has_learned_finds_the_same_again():
+    """From the prior beside its own on, and by the loudest sounds about the same origins."""
+    taps, response = high_pass(RATE), cliff(0.9)
+    rng = np.random.default_rng(16)
+    truth, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    places = PARTS * np.arange(20, 120) - rng.integers(-PARTS, PARTS + 1, 24)[:, None]
+    sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
+    sounds += 1e-2 * rng.standard_normal(sounds.shape)
+    model = modes_behind(EXPONENTS, response, taps, RATE, float(np.sum(taps**2)))
+    model.noise = 1e-4
+    held = model.projected(sounds, np.full(24, 40.0))
+    model.learn(held, 1e-7)
+    first = model.prior, model.error, model.evidence
+    assert model.prior[0] == PRIORS[-1]  # no impulse is there
+    model.learn(held, 1e-7)
+    assert (model.prior, model.error, model.evidence) == first
+    loud = model.projected_there(held, 8)
+    assert len(loud.which) == 8
+    assert loud.energy.min() >= np.sort(held.energy_there)[-8]
+    rows = np.isin(held.which[held.there], loud.which)
+    np.testing.assert_allclose(loud.fine, held.fine[rows], atol=1e-12)
+
+
+def test_models_are_compared_by_the_shifts_next_to_the_origin():
+    model = modes_behind(EXPONENTS, cliff(0.9), high_pass(22_050.0), 22_050.0, 1.0)
+    (close, _), (fine, grams) = model.close, model.fine
+    beside = (len(fine) - len(close)) // 2
+    assert len(close) == 2 * PARTS * CLOSE + 1 < len(fine)
+    np.testing.assert_array_equal(close, fine[beside:-beside])
+    np.testing.assert_array_equal(model.close[1], grams[:, beside:-beside])
+
+
 def test_exponents_are_those_of_the_sounds():
     rng = np.random.default_rng(9)
     t = np.arange(60)
@@ -438,11 +474,11 @@ def test_twin_of_the_crossing():
         greatest, above = 0.01, 3.0
         while above - greatest > 0.01:
             level = (greatest + above) / 2
-            reached = np.isfinite(naive_sound.crossing(y, 12, 45, level, 8))
+            reached = np.isfinite(naive_sound.crossing(y, 12, 45, level, FINE))
             greatest, above = (level, above) if reached else (greatest, level)
-        slow = naive_sound.crossing(y, 12, 45, 0.3 * greatest, 8)
-        assert 0.0 <= slow - found < 1 / 8
-        assert naive_sound.modulus(y, slow + beyond - 1 / 8) >= 0.3 * greatest - 1e-2
+        slow = naive_sound.crossing(y, 12, 45, 0.3 * greatest, FINE)
+        assert 0.0 <= slow - found < 1 / FINE
+        assert naive_sound.modulus(y, slow + beyond - 1 / FINE) >= 0.3 * greatest - 1e-2
         assert naive_sound.modulus(y, slow + beyond) < 0.3 * greatest + 1e-2
-        slope = 8 * (naive_sound.modulus(y, slow) - naive_sound.modulus(y, slow - 1 / 8))
+        slope = FINE * (naive_sound.modulus(y, slow) - naive_sound.modulus(y, slow - 1 / FINE))
         assert error == pytest.approx(np.sqrt(np.mean(y[:10] ** 2)) / slope, rel=1e-6)

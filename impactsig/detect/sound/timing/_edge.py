@@ -17,7 +17,7 @@ import functools
 import numpy as np
 
 from .._nearby import middle, middles
-from ._shared_modes_kernels import accumulate, add_moved
+from ._shared_modes_kernels import add_moved, ring
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
@@ -129,37 +129,22 @@ def step_modes(
     reach = len(taps) // 2 if response is None else (len(response) // PER_SAMPLE + len(taps)) // 2
     begin, end = min(first, -reach), max(last, reach)
     rows = PARTS * (end - begin) + 1
-    kept = slice(PARTS * (first - begin), PARTS * (first - begin) + count)
-    cells = np.zeros((len(exponents), rows), complex)  # what is added in 1 / PARTS of a sample
+    before = PARTS * (first - begin)
     if response is None:
+        both, at_first, step = np.zeros(rows), 0, 1
+        weights = np.ones((len(exponents), 1), complex)
         at = -PARTS * (reach + begin)
-        cells[:, at : at + PARTS * len(taps) : PARTS] = taps[::-1]
+        both[at : at + PARTS * len(taps) : PARTS] = taps[::-1]
         beyond = np.zeros((2, count))
     else:
-        wide = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
-        together = _together(taps, response)
-        at = PER_SAMPLE * (1 - reach - begin)
-        wide[at : at + len(together)] = together
-        step = PER_SAMPLE // PARTS
-        fine = np.stack([wide[PER_SAMPLE - i :][: step * rows : step] for i in range(step + 1)])
+        both = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
+        at_first, step = PER_SAMPLE, PER_SAMPLE // PARTS
+        add_moved(response, taps, PER_SAMPLE, both[PER_SAMPLE * (1 - reach - begin) :])
         weights = _SIMPSON * np.exp(exponents[:, None] * np.arange(step + 1) / PER_SAMPLE)
-        cells.real, cells.imag = weights.real @ fine, weights.imag @ fine
-        slopes = np.zeros(len(wide))  # as both ends are
-        slopes[1:-1] = (0.5 * PER_SAMPLE) * (wide[2:] - wide[:-2])
-        beyond = np.stack(
-            [part[PER_SAMPLE:][: step * rows : step][kept] for part in (wide, slopes)]
-        )
-    accumulate(cells, np.exp(exponents / PARTS))
-    return _parts(cells[:, kept], exponents), beyond
-
-
-def _together(taps: np.ndarray, response: np.ndarray) -> np.ndarray:
-    """Response of both filters; that of the taps has one value for each sample."""
-    both = np.zeros(len(response) + PER_SAMPLE * (len(taps) - 1))
-    add_moved(response, taps, PER_SAMPLE, both)
-    return both
-
-
-def _parts(modes: np.ndarray, exponents: np.ndarray) -> np.ndarray:
-    """Real parts, and imaginary parts of oscillating modes."""
-    return np.concatenate((modes.real, modes.imag[exponents.imag > 1e-9]))
+        slopes = np.zeros(len(both))  # as both ends are
+        slopes[1:-1] = (0.5 * PER_SAMPLE) * (both[2:] - both[:-2])
+        kept = slice(at_first + step * before, None, step)
+        beyond = np.stack((both[kept][:count], slopes[kept][:count]))
+    modes = np.empty((2, len(exponents), count))
+    ring(both, at_first, step, weights, np.exp(exponents / PARTS), before, modes)
+    return np.concatenate((modes[0], modes[1, exponents.imag > 1e-9])), beyond

@@ -6,6 +6,7 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -26,20 +27,20 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 def chosen_model(
     sounds: np.ndarray,
     guess: np.ndarray,
-    few: np.ndarray,
+    few: int,
     noise: float,
     rate: float,
     taps: np.ndarray,
     heard: float,
     unlike: float,
 ) -> tuple[Model, Projected] | None:
-    """The model with the filter under which the loudest of a few of these sounds are most probable.
+    """The model with the filter under which the loudest of the first few sounds are most probable.
 
     Beside it these few, projected on it. None if they share no modes, or are more probable without
     any filter. `unlike` is the share of the energy that the modes of sounds that share them leave
     at most.
     """
-    some, near = sounds[few], guess[few]
+    some, near = sounds[:few], guess[:few]
 
     def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
         model = modes_behind(exponents, response, taps, rate, heard)
@@ -53,33 +54,52 @@ def chosen_model(
     choices, folded = shared_exponents(sounds, guess, noise, rate)
     if not choices:
         return None
-    first, *others = choices
-    (bare, by_bare), (model, held) = (projected(first, own) for own in (None, responses()[0]))
-    both = (model, held), (bare, by_bare)
-    if all(part.median_left_at_samples(of) > STRANGERS[0] * unlike for part, of in both):
+    model, held = projected(choices[0], responses()[0])
+
+    @functools.cache
+    def bare() -> tuple[Model, Projected]:
+        return projected(choices[0], None)
+
+    def leave_more(times: float, left: Callable[[Model, Projected], float]) -> bool:
+        """Whether modes leave too much, without a filter as well."""
+        return left(model, held) > times * unlike and left(*bare()) > times * unlike
+
+    if leave_more(STRANGERS[0], Model.median_left_at_samples):
         return None
-    if all(part.median_left(of) > STRANGERS[1] * unlike for part, of in both):
+    if leave_more(STRANGERS[1], Model.median_left):
         return None
-    model.learn(held, EXACT)
-    most = HOPELESS * unlike
+    model.learn(model.projected_there(held, LOUD), EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
-    if model.median_left(held) > most and bare.median_left(by_bare) > most:
+    if leave_more(HOPELESS, Model.median_left):
         return None
-    bare.learn(by_bare, EXACT)
-    unfiltered = bare.evidence
-    if model.evidence < unfiltered - CERTAIN:
-        return None
-    for exponents in others:
-        other, by_other = projected(exponents, None)
+
+    def less_by_loud(exponents: np.ndarray) -> bool:
+        """Whether the loud sounds are less probable without a filter."""
+        other = behind(exponents, None)
+        other.learn(other.projected_there(held, LOUD), EXACT)
+        return other.evidence < model.evidence
+
+    # Then all of them are less probable as well, or by less than DOUBT more.
+    sure = all(map(less_by_loud, choices))
+    if not sure:
+        by_all, (other, by_other) = copy.copy(model), bare()
+        by_all.learn(held, EXACT)
         other.learn(by_other, EXACT)
-        unfiltered = max(unfiltered, other.evidence)
+        unfiltered = other.evidence
+        if by_all.evidence < unfiltered - CERTAIN:
+            return None
+        for exponents in choices[1:]:
+            other, by_other = projected(exponents, None)
+            other.learn(by_other, EXACT)
+            unfiltered = max(unfiltered, other.evidence)
     best = _most_probable(behind, choices, folded, model, held)
     if best is not model:
         held = best.projected(some, near)
     # What is as probable as a model that is probable enough needs no further proof.
-    if model.evidence <= unfiltered - DOUBT:
-        if best is not model:
-            best.learn(held, EXACT)
+    if not sure and by_all.evidence <= unfiltered - DOUBT:
+        if best is model:
+            return None
+        best.learn(held, EXACT)
         if best.evidence <= unfiltered - DOUBT:
             return None
     best.learn(held, ROUGH)
@@ -95,13 +115,12 @@ def _most_probable(
 ) -> Model:
     """The model with the filter and the modes under which the loudest sounds are most probable.
 
-    All are compared about the origins by a model of the widest filter and the first choice. The
-    filters after the slope are narrower and narrower: there is one maximum.
+    All are compared about the origins by that of the widest filter and the first choice, which has
+    learned from the loudest. The filters after the slope are narrower and narrower: there is one
+    maximum.
     """
     widest, slope, *narrower = responses()
-    own = copy.copy(model)
-    own.learn(own.projected_there(held, LOUD), EXACT)
-    tried = [(own, widest)]
+    tried = [(model, widest)]
     rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
 
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
@@ -132,5 +151,4 @@ def _most_probable(
             if other.evidence < most - CERTAIN:
                 break
         likely.sort(key=less)  # what other modes tell of a filter counts for the next
-    best = likely[0][0]
-    return model if best is own else best
+    return likely[0][0]

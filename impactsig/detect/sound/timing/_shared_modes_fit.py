@@ -19,6 +19,7 @@ from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
 NEAR = 0.3e-3  # [s], by which the first fit may be off
+CLOSE = 3  # samples on either side of the origin by which models are compared
 LEAST = 8  # sounds that a model is learned from
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4)  # variance of the impulse, over the energy
 BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # most that another prior gains
@@ -43,6 +44,7 @@ class Projected:
     begins: np.ndarray  # sample that the fine shifts count from
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
+    grams: np.ndarray  # of these shifts
 
 
 @dataclass
@@ -69,6 +71,12 @@ class Model:
     def fine(self) -> tuple[np.ndarray, np.ndarray]:
         """The same at the shifts that a fit tries."""
         return self._at(np.arange(-self.near, self.near + 1))
+
+    @functools.cached_property
+    def close(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same at those by which models are compared."""
+        most = min(PARTS * CLOSE, self.near)
+        return self._at(np.arange(-most, most + 1))
 
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of Q' and K' at each shift, (shifts, rows, samples), behind rows of zeros.
@@ -128,14 +136,15 @@ class Model:
 
     def projected(self, sounds: np.ndarray, guess: np.ndarray) -> Projected:
         """Sounds that start near a guess, for any prior and error."""
-        basis, _ = self.whole
+        basis = self._coarse
         reach, size = len(basis) // 2, basis.shape[2]
         first = self._first(guess)
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         first = first[which]
         energy, whole = _projections(sounds, which, first, basis)
         none, nowhere = np.empty((0, 3, 0)), np.empty(0, np.int64)
-        return Projected(sounds, which, first, energy, whole, nowhere, nowhere, np.empty(0), none)
+        later = nowhere, nowhere, np.empty(0), none, none
+        return Projected(sounds, which, first, energy, whole, *later)
 
     def projected_there(self, held: Projected, most: int) -> Projected:
         """The loudest of sounds that have an origin by another model, for a fit about the same."""
@@ -144,18 +153,20 @@ class Model:
             loud = np.sort(np.argsort(-held.energy_there, kind="stable")[:most])
         there, begins = held.there[loud], held.begins[loud]
         which, first = held.which[there], held.first[there]
-        energy, fine = _projections(held.sounds, which, begins, self.fine[0])
-        whole, there = np.empty((len(loud), 3, 0)), np.arange(len(loud))
-        return Projected(held.sounds, which, first, energy, whole, there, begins, energy, fine)
+        (basis, grams), none = self.close, np.empty((len(loud), 3, 0))
+        energy, fine = _projections(held.sounds, which, begins, basis)
+        there = np.arange(len(loud))
+        return Projected(
+            held.sounds, which, first, energy, none, there, begins, energy, fine, grams
+        )
 
     def median_left(self, held: Projected) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
-        there, origin = self._origins(held)
-        if not len(there):
+        energy, fine = self._near(held)
+        if not len(energy):
             return np.inf
-        energy, fine = self._near(held, there, origin)
-        left, floor = np.empty(len(there)), (self.noise, self.error)
-        leave(fine, energy, self.fine[1], floor, self.freedom, self.prior, left)
+        left, floor = np.empty(len(energy)), (self.noise, self.error)
+        leave(fine, energy, held.grams, floor, self.freedom, self.prior, left)
         return middle(left - self.freedom * self.noise / energy)
 
     def median_left_at_samples(self, held: Projected) -> float:
@@ -169,21 +180,23 @@ class Model:
     def learn(self, held: Projected, least: float, beaten: float = -np.inf) -> None:
         """Set the prior and the error that make the sounds most probable.
 
-        The first prior has to do where no other one can come up to an evidence of `beaten`.
+        The first prior has to do where no other one can come up to an evidence of `beaten`. What
+        has learned before begins beside the prior that it has.
         """
+        begin = PRIORS.index(self.prior[0]) - 1 if np.isfinite(self.evidence) else 0
+        priors = BOTH_PRIORS[max(begin, 0) :]
         self.evidence = -np.inf
-        there, origin = self._origins(held)
-        if len(there) < LEAST:
+        energy, fine = self._near(held)
+        if len(energy) < LEAST:
             return
-        energy, fine = self._near(held, there, origin)
         self.evidence, impulse, self.error = most_probable(
             fine,
             energy,
-            self.fine[1],
+            held.grams,
             1.0 / PARTS,
             self.noise,
             self.freedom,
-            BOTH_PRIORS if self.parts[1].any() else BOTH_PRIORS[:1],  # without a filter all same
+            priors if self.parts[1].any() else BOTH_PRIORS[:1],  # without a filter all are the same
             FIRST_ERROR,
             least,
             beaten - BY_PRIOR,
@@ -198,10 +211,9 @@ class Model:
         is OWN times the mean square of a component of a sound in this direction for all others,
         noise apart, in the median of the sounds.
         """
-        there, origin = self._origins(held)
-        energy, fine = self._near(held, there, origin)
-        some = slice(None, None, max(-(-len(there) // COMPARED), 1))
-        there, origin = there[some], origin[some]
+        energy, fine = self._near(held)
+        some = slice(None, None, max(-(-len(energy) // COMPARED), 1))
+        there, origin = held.there[some], held.begins[some]
         energy, fine = energy[some].copy(), fine[some].copy()  # one layout for the kernel
         out, floor = np.empty((len(there), 3)), (self.noise, self.error)
         weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
@@ -226,30 +238,23 @@ class Model:
         others = np.sum(squares, axis=0) - np.diag(squares)
         self.misfit = OWN * middle(others) / (len(own) - 1)
 
-    def _origins(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
-        """Those that start somewhere, and the sample at which a fit begins.
+    def _near(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
+        """Energy and fine projections of the sounds that start somewhere.
 
-        It is the one that puts the most probable start at its origin.
+        The first time, fits begin at the sample that puts the most probable start at its origin.
         """
-        if not held.whole.shape[2]:
-            return held.there, held.begins
+        if held.fine.shape[2]:
+            return held.energy_there, held.fine
         basis, gram = self.whole
         shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
         floor = self.noise, self.error
         place(held.whole, held.energy, gram, self.near // PARTS, floor, self.prior, shift, beyond)
-        there = np.flatnonzero(shift >= 0)
-        return there, (held.first + shift)[there] - len(basis) // 2
-
-    def _near(
-        self, held: Projected, there: np.ndarray, origin: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Energy and fine projections of some sounds where a fit begins at these samples."""
-        known = np.array_equal(held.there, there) and np.array_equal(held.begins, origin)
-        if not known:
-            held.there, held.begins = there, origin
-            held.energy_there, held.fine = _projections(
-                held.sounds, held.which[there], origin, self.fine[0]
-            )
+        held.there = np.flatnonzero(shift >= 0)
+        held.begins = (held.first + shift)[held.there] - len(basis) // 2
+        basis, held.grams = self.fine
+        held.energy_there, held.fine = _projections(
+            held.sounds, held.which[held.there], held.begins, basis
+        )
         return held.energy_there, held.fine
 
 

@@ -12,7 +12,7 @@ from .._lane_kernels import fused, sum_of_squares
 from ._filter_kernels import add_products, filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
-FINE = 8  # places between two samples that a crossing is looked for at
+FINE = 4  # places between two samples that a crossing is looked for at
 FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
@@ -26,14 +26,22 @@ def high_passed(samples, first, taps, out):
             filtered_at(samples, first[i], taps, out[i])
 
 
-@kernel
-def accumulate(cells, factors):
-    """Replace each row by y[i] = factor y[i - 1] + cell[i], with the factor of the row."""
-    for row in range(cells.shape[0]):
-        total = 0.0j
-        for i in range(cells.shape[1]):
-            total = factors[row] * total + cells[row, i]
-            cells[row, i] = total
+@fused
+def ring(source, first, step, weights, factors, skip, out):
+    """Real and imaginary part of modes that ring to a source, out[0, n, i] and out[1, n, i].
+
+    y[i] = factors[n] y[i - 1] + sum of weights[n, k] source[first + i step - k]. The first `skip`
+    values of y are left out.
+    """
+    for n in range(len(factors)):
+        total, own = 0.0j, weights[n]
+        for i in range(skip + out.shape[2]):
+            at, cell = first + i * step, 0.0j
+            for k in range(len(own)):
+                cell += own[k] * source[at - k]
+            total = factors[n] * total + cell
+            if i >= skip:
+                out[0, n, i - skip], out[1, n, i - skip] = total.real, total.imag
 
 
 @kernel

@@ -49,8 +49,7 @@ SEARCH = (3e-3, 8.5e-3)  # [s] of it, once filtered, in which the crossing lies
 SHARES = (0.3, 4.0, 0.6)  # of the greatest at the crossing; times the noise; most of the greatest
 EARLIER = (0.15, 4.0, 0.6)  # the same for a crossing before that
 LEARN = 256  # impacts that modes are learned from
-CHOOSE = 64  # of them that the filter is chosen by
-SOME = 32  # of these that show whether modes may be shared at all
+CHOOSE = 64  # of them that filters are chosen by, and that show whether modes may be shared
 UNLIKE = 0.03  # fraction of the energy that shared modes leave in the median, apart from noise
 STRANGE = 0.1  # and that they may leave of one impact
 HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulus stays above
@@ -155,22 +154,37 @@ class SharedModes:
         which = np.flatnonzero(waves[:LEARN].any(axis=1))
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
-            usable = waves[which] if len(which) < min(len(waves), LEARN) else waves[:LEARN]
-            few = np.linspace(0, len(usable) - 1, min(CHOOSE, len(usable))).astype(int)
+            spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
+            which = np.concatenate((which[spread], np.delete(which, spread)))
+            few, others = slice(len(spread)), slice(len(spread), None)
+            plain, sounds = np.empty((2, len(which), self.length - len(self.taps) + 1))
+            crossed = np.empty((len(which), 3))
+            first = self._places(len(waves))[which]
+            high_passed(waves.ravel(), first[few], self.taps, plain[few])
+            self._cross(plain[few], crossed[few])
+            self._whiten(waves[which[few]], plain[few])
+            high_passed(waves.ravel(), first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
-            alike = len(few) == len(usable) or self._may_share(usable[few[:: CHOOSE // SOME]])
-            if not alike and not self._by_crossings(usable):
+            noise = self._noise(sounds[few])
+            alike = len(spread) == len(which) or may_share(
+                sounds[few], crossed[few, 0], noise, self.rate
+            )
+            if not alike and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
-            plain = self._filtered(usable, self.taps)
-            crossed = self._crossed(plain)
-            fits = self._model(usable, few, plain, crossed[:, 0].copy()) if alike else None
-            if self.model is None and self._by_crossings(usable):
+            high_passed(waves.ravel(), first[others], self.taps, plain[others])
+            self._cross(plain[others], crossed[others])
+            fits = None
+            if alike:
+                high_passed(waves.ravel(), first[others], self.white, sounds[others])
+                fits = self._model(sounds, len(spread), plain, crossed[:, 0].copy())
+            if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
-                earlier = self._crossed(plain[few], EARLIER)[:, 0]
-                since = (crossed[few, 0] - earlier)[np.isfinite(earlier)]
+                earlier = np.empty((len(spread), 3))
+                self._cross(plain[few], earlier, EARLIER)
+                since = (crossed[few, 0] - earlier[:, 0])[np.isfinite(earlier[:, 0])]
                 if len(since):  # between two fractions of a sound it scatters as from its start on
                     self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
@@ -182,23 +196,15 @@ class SharedModes:
         """Whether crossings are better than attacks where there is no model."""
         return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
-    def _may_share(self, waves: np.ndarray) -> bool:
-        """Whether these sounds may share modes."""
-        plain = self._filtered(waves, self.taps)
-        guess = self._crossed(plain)[:, 0]
-        sounds, noise = self._whitened(waves, plain)
-        return may_share(sounds, guess, noise, self.rate)
-
     def _model(
-        self, waves: np.ndarray, few: np.ndarray, plain: np.ndarray, guess: np.ndarray
+        self, sounds: np.ndarray, few: int, plain: np.ndarray, guess: np.ndarray
     ) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        The filter is chosen by a `few`; `plain` is what the high-pass filter leaves of the sounds.
-        None if they have no model.
+        The filter is chosen by the first `few`; `plain` is what the high-pass filter leaves of the
+        sounds. None if they have no model.
         """
-        sounds, noise = self._whitened(waves, plain)
-        heard = float(np.sum(self.taps**2))
+        noise, heard = self._noise(sounds), float(np.sum(self.taps**2))
         chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
@@ -210,7 +216,7 @@ class SharedModes:
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
-            self.gradual = self._gradual(plain[few], instant[few])
+            self.gradual = self._gradual(plain[:few], instant[:few])
             self.latency = middle(late)
             self.spread = DEVIATION_BY_MEDIAN * middle(np.abs(late - self.latency))
             return fits
@@ -229,15 +235,16 @@ class SharedModes:
         total = np.sum(power / np.where(energy > FAINTEST, energy, 1.0), axis=0)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
-    def _whitened(self, waves: np.ndarray, plain: np.ndarray) -> tuple[np.ndarray, float]:
-        """Waves after a filter that whitens their noise, and the white noise of a sample."""
+    def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
+        """Learn a filter that whitens noise as well; the other one leaves `plain` of waves."""
         error = FIRST_ERROR * middle(np.einsum("ij,ij->i", plain, plain))
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, error)
-        sounds = self._filtered(waves, self.white)
+
+    def _noise(self, sounds: np.ndarray) -> float:
+        """The white noise of a sample of sounds after that filter."""
         quiet = sounds[:, : round(QUIET * self.rate)]
-        noise = middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
-        return sounds, noise
+        return middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
 
     def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave of x, which begins at `first`.
@@ -247,7 +254,8 @@ class SharedModes:
         if not self._applies:
             return np.full((len(first), 2), np.nan)
         end = round(SEARCH[1] * self.rate) + NEAR_TAPS
-        crossed, fits = self._crossed(_parts(x, first, self.taps, end)), None
+        crossed, fits = np.empty((len(first), 3)), None
+        self._cross(_parts(x, first, self.taps, end), crossed)
         if self.model is not None:
             guess = crossed[:, 0]
             begins, width = self.model.begins(guess), self.model.width
@@ -271,20 +279,14 @@ class SharedModes:
             timed[alike, 1] = np.hypot(error[alike], self.gradual)
         return timed
 
-    def _filtered(self, waves: np.ndarray, taps: np.ndarray) -> np.ndarray:
-        count = self.length - len(taps) + 1
-        return _parts(waves.ravel(), self._places(len(waves)), taps, count)
-
     def _places(self, count: int) -> np.ndarray:
         """Where so many waves in a row begin."""
         return self.length * np.arange(count)
 
-    def _crossed(self, plain: np.ndarray, shares: tuple = SHARES) -> np.ndarray:
+    def _cross(self, plain: np.ndarray, out: np.ndarray, shares: tuple = SHARES) -> None:
         """Result of `crossings` for each wave after the high-pass filter."""
-        crossed = np.empty((len(plain), 3))
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
-        crossings(plain, quiet, begin, end, shares, crossed)
-        return crossed
+        crossings(plain, quiet, begin, end, shares, out)
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
         count, found = round(BEGINNING * self.rate), np.empty(len(waves))
