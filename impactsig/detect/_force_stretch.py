@@ -182,8 +182,9 @@ class StretchSearch:
             if close := follow_closely(rows):
                 swings_back(samples, origin, dropouts, rows, swung)
                 tails(samples, origin, noise, rows, events, trailing)
-            if close and whole and bursts(samples, origin, span.sigma, rows, swung, marks):
-                span.bursts += _stretches(rows, marks)
+            of_noise = span.sigma, judge.longest
+            if close and whole and bursts(samples, origin, *of_noise, rows, swung, marks):
+                span.bursts += _stretches(rows, marks, judge.longest)
                 if self._took_out(span, crests[marks]):
                     return self._report(k, segment)
                 swung |= marks
@@ -308,11 +309,14 @@ class StretchSearch:
         return samples, origin
 
 
-def _stretches(rows: np.ndarray, marks: np.ndarray) -> list[tuple[float, float, float]]:
-    """Start, end and height of the bursts of marked rows."""
+def _stretches(
+    rows: np.ndarray, marks: np.ndarray, longest: float
+) -> list[tuple[float, float, float]]:
+    """Start, end and height of the bursts of marked rows, none of which has longer gaps."""
     crests = rows[marks]
     gaps = np.diff(crests[:, 0])
-    apart = np.flatnonzero(gaps > APART * gaps.mean()) + 1 if len(gaps) else np.empty(0, np.intp)
+    far = min(APART * gaps.mean(), longest) if len(gaps) else longest
+    apart = np.flatnonzero(gaps > far) + 1
     return [
         (one[0, 0], float((one[:, 0] + one[:, 1]).max()), float(one[:, 2].max()))
         for one in np.split(crests, apart)

@@ -282,3 +282,32 @@ def test_a_tone_has_no_impacts(frequency):
     t = np.arange(round(10 * RATE)) / RATE
     for phase in np.linspace(0, np.pi, 4, endpoint=False):
         assert not len(found_in(np.sin(2 * np.pi * frequency * t + phase)))
+
+
+@pytest.mark.parametrize("louder", [7.0, 30.0])
+@pytest.mark.parametrize("count", [0, 90])
+def test_noise_that_becomes_louder_for_a_while_is_no_impact(louder, count):
+    """As beside a drive that runs now and then; most crests stood above the noise of the second."""
+    rng = np.random.default_rng(21)
+    times = times_of(rng, count, 0.1, 8.0) if count else np.empty(0)
+    samples = pulses(times, 1e-3, duration=8.0)
+    loud = np.repeat(np.isin(np.arange(20), (3, 4, 9, 15)), round(0.4 * RATE))
+    samples += 0.01 * np.where(loud, louder, 1.0) * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    hit, false = within(found, times, 1e-3) if count else (0, len(found))
+    assert hit >= 0.95 * len(times)
+    assert false <= 12  # of hundreds where it is 7 times as loud
+    assert any("bursts of noise" in note for note in found.notes)
+
+
+def test_crests_of_noise_among_pulses_make_no_mean_pulse():
+    """Their mean pulse had errors that are not finite, or was 25 times as long as the pulses."""
+    rng = np.random.default_rng(22)
+    times = times_of(rng, 60, 0.1, 6.0)
+    samples = pulses(times, 2e-3, duration=6.0)
+    loud = np.repeat(np.arange(120) % 10 < 1, round(0.05 * RATE))
+    samples += 0.01 * np.where(loud, 7.0, 1.0) * rng.standard_normal(len(samples))
+    found = found_in(samples)
+    assert within(found, times, 1e-3)[0] == len(times)
+    clear = found.peak > 0.5
+    assert np.max(found.contact_time[clear]) < 4e-3

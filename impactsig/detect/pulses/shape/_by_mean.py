@@ -48,8 +48,10 @@ STEEP, SHORT = 1.5, 0.05
 less, little but a flat top is there to be laid on each other, and its corners overshoot between
 knots. Edges of the family or of single pulses say more.
 """
-AS_HIGH = 4.0
-"""Times as high, or as low, as the pulse that was found, one that is measured may be."""
+AS_HIGH, AS_LONG = 4.0, 4.0
+"""Times as high, or as low, as the pulse that was found, one that is measured may be; and times as
+long as those found their mean pulse may be: that of pulses and crests of noise together is longer.
+"""
 
 
 class Whole(NamedTuple):
@@ -94,7 +96,9 @@ def share_mean(rows, x, origin, timed, left):
     start, start_variance, begun, steep = _end(clear, rows, x, origin, mean, 1.0, crest)
     end, end_variance, done, gentle = _end(clear, rows, x, origin, mean, -1.0, crest)
     end, done = -end, -done
-    if not LOW < start < end:
+    if not (LOW < start < end and start_variance + end_variance < np.inf):
+        return False
+    if (end - start) * math.exp(about) > AS_LONG * _usual_contact(clear, rows):
         return False
     if max(steep, gentle) < max(STEEP * math.exp(-about), SHORT * (end - start)):
         return False
@@ -124,12 +128,14 @@ def share_mean(rows, x, origin, timed, left):
         _cut_off(end - done, gentle, end_variance, height_at(done, mean), mean.apart),
     )
     tail = math.hypot(tail, crest * math.hypot(jump, drop) / width)
+    peak = (sharp * SAMPLE) ** 2 + 0.5 * _noise_at(mean, top) ** 2
+    if not peak < np.inf:
+        return False
     faint = lay(rows, x, origin, False)
     place_faint(faint, rows, x, origin, mean, about, start, end)
     for _ in range(2):
         fit_to(clear, rows, x, origin, mean, about, spread, TURNS)
     fit_to(faint, rows, x, origin, mean, about, spread, TURNS)
-    peak = (sharp * SAMPLE) ** 2 + 0.5 * _noise_at(mean, top) ** 2
     whole = Whole(
         start,
         end,
@@ -156,6 +162,15 @@ def share_mean(rows, x, origin, timed, left):
         if not measured[k]:
             _doubt(rows[k], (end - start) * math.exp(about), timed)
     return True
+
+
+@kernel
+def _usual_contact(laid, rows):
+    """Geometric mean of the contacts of pulses as they were found."""
+    total = 0.0
+    for i in range(len(laid.known)):
+        total += math.log(max(rows[int(laid.known[i, ONE]), 1], 1.0))
+    return math.exp(total / max(len(laid.known), 1))
 
 
 @kernel
@@ -331,9 +346,9 @@ def _crest(mean, about, low, high):
 
 @kernel
 def _noise_at(mean, v):
-    """Standard error of the mean pulse at a place, over its height."""
+    """Standard error of the mean pulse at a place, over its height; inf if no sample lies there."""
     b = min(max(int((v - LOW) / mean.apart), 0), len(mean.heights) - 1)
-    return 1.0 / math.sqrt(max(mean.weight[b], 1e-300))
+    return 1.0 / math.sqrt(mean.weight[b]) if mean.weight[b] > 0.0 else np.inf
 
 
 @allocating

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...pulses.edges import NO_PULSE
-from ...signal.order_kernels import median_of
+from ...signal.ladder import HALF_SINE_GAIN
+from ...signal.order_kernels import centre_of, median_of, select
 
 REACH = 3.0
 """Contacts before a pulse in which it may have swung below."""
@@ -38,6 +39,16 @@ LASTING = 0.25
 a blow dies away."""
 HIGHER = 3.0
 """Times the mean of a burst: a pulse in it."""
+BESIDE, MEANS, TOGETHER, NARROW = 0.3, 64, 16, 4
+"""Of the longest contact: what is looked at before and after a pulse; means of its width in that,
+how many of these have a common level, and by how much narrower are those that show dense pulses."""
+LOUD, EVEN, ALIKE, CREST = 2.0, 0.4, 2.0, 5.0
+"""Times the noise of a second: louder noise; of that in one half, the least in the other; times
+what lies below the level, the most above it; and times the noise, its highest crest."""
+FILLED = 0.2
+"""Of the time: what pulses fill where they are no crests of noise."""
+FLANKS = HALF_SINE_GAIN * math.sqrt(1.125)
+"""Noise of a response over that of the mean in its middle."""
 
 
 def follow_closely(rows):
@@ -115,7 +126,7 @@ def swings_back(x, origin, dropouts, rows, out):
 
 
 @allocating
-def bursts(x, origin, sigma, rows, swung, out):
+def bursts(x, origin, sigma, longest, rows, swung, out):
     """Mark measured pulses that are crests of a burst of noise; whether there are any.
 
     Of many that follow one another closely, those of a sensor that rings are each lower than the
@@ -126,6 +137,8 @@ def bursts(x, origin, sigma, rows, swung, out):
     ----------
     x : array
         Samples without hum, from sample `origin` on; `sigma` is their noise.
+    longest : float
+        The longest contact [samples].
     rows : array (n, ...)
         Start, contact, peak, ... of each, in the order of time.
     swung : array (n,)
@@ -133,9 +146,87 @@ def bursts(x, origin, sigma, rows, swung, out):
     """
     values = np.empty(SEEN)
     out[:] = False
-    return _bursts(x, origin, sigma, rows, swung, CLOSE, values, out) or _bursts(
+    found = _bursts(x, origin, sigma, rows, swung, CLOSE, values, out) or _bursts(
         x, origin, sigma, rows, swung, FAR, values, out
     )
+    if found:
+        return True
+    count = 0
+    for k in range(len(rows)):
+        out[k] = int(rows[k, 5]) != NO_PULSE and _is_crest_of_noise(x, origin, rows, k, longest)
+        count += out[k]
+    if count < MANY:
+        out[:] = False
+    return count >= MANY
+
+
+@allocating
+def _is_crest_of_noise(x, origin, rows, k, longest):
+    """Whether a pulse is no higher than crests of noise that is louder than that of the second.
+
+    It has to be louder before the pulse, and as loud long before as shortly before: what an impact
+    excites comes after it and dies away.
+    """
+    row = rows[k]
+    at, width, height = int(row[0]) - origin, max(int(row[7]), 1), row[9]
+    length = max(int(BESIDE * longest), MEANS * width)
+    if _contacts_around(rows, k, length) > FILLED * 2.0 * length:
+        return False
+    before = _steady_noise(x, at - 4 * width - length, length, width)
+    if before <= LOUD * height / row[8] or height > CREST * before / EVEN:
+        return False
+    after = _steady_noise(x, at + 4 * width, length, width)
+    if after > EVEN * before:
+        before = math.sqrt(0.5 * (before**2 + min(after, before / EVEN) ** 2))
+    return height < CREST * before
+
+
+@kernel
+def _contacts_around(rows, k, length):
+    """Sum of the contacts of pulses that begin within a length of pulse k [samples]."""
+    total = 0.0
+    for step in (-1, 1):
+        j = k + step
+        while 0 <= j < len(rows) and abs(rows[j, 0] - rows[k, 0]) < length:
+            total += rows[j, 1] if int(rows[j, 5]) != NO_PULSE else 0.0
+            j += step
+    return total
+
+
+@allocating
+def _steady_noise(x, first, length, width):
+    """Noise of responses of a width in a stretch; 0 unless all of it is there, and equally loud.
+
+    It is what lies below the level: impacts only go up. Where they are dense, more lies above.
+    """
+    if first < 0 or first + length > len(x):
+        return 0.0
+    values, level = np.empty(MEANS), np.empty(TOGETHER)
+    _below_level(x, first, length, max(width // NARROW, 1), values, level)
+    below = select(values, 0, MEANS - 1, 3 * MEANS // 4)
+    above = -select(values, 0, MEANS - 1, MEANS // 4)
+    if above > ALIKE * below:
+        return 0.0
+    _below_level(x, first, length, width, values, level)
+    half = MEANS // 2
+    early = select(values, 0, half - 1, 3 * half // 4)
+    late = select(values, half, MEANS - 1, half + 3 * half // 4)
+    if min(early, late) < EVEN * max(early, late):
+        return 0.0
+    return FLANKS * math.sqrt(0.5 * (early**2 + late**2)) / 0.6745
+
+
+@kernel
+def _below_level(x, first, length, width, values, level):
+    """How far means in a stretch lie below the median of those around them."""
+    for k in range(MEANS):
+        values[k] = _mean(x, first + k * (length - width) // (MEANS - 1), width)
+    for k in range(0, MEANS, TOGETHER):
+        for j in range(TOGETHER):
+            level[j] = values[k + j]
+        middle = centre_of(level, TOGETHER)
+        for j in range(k, k + TOGETHER):
+            values[j] = middle - values[j]
 
 
 @kernel
