@@ -25,6 +25,8 @@ class Errors(NamedTuple):
 
 
 UNKNOWN = Errors(np.inf, np.inf, np.inf, np.inf)
+JUMP_SEEN = 9.0
+"""Standard deviations of the noise that a jump in the force must have: twice those of its own."""
 
 
 class Seen(NamedTuple):
@@ -99,6 +101,7 @@ def with_impulse(x, start, end, errors, seen):
     An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
     error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the
     line between them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
+    Where the force begins or ends with a jump, that is jump (f - 1/2), of mean square jump^2 / 12.
     """
     first, last = int(start) + 1, math.ceil(end) - 1
     slopes = 0.0
@@ -108,8 +111,27 @@ def with_impulse(x, start, end, errors, seen):
     late = math.sqrt(max(errors.contact**2 - errors.start**2, 0.0))
     steep = math.pi * x[seen.top] / (end - start)
     missed = 0.75 * steep**2 * (errors.start**4 + late**4)
-    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + slopes / 420.0 + missed)
+    jumps = _jump(x, first, 1, seen.noise) ** 2 + _jump(x, last, -1, seen.noise) ** 2
+    edges = slopes / 420.0 + jumps / 12.0 + missed
+    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + edges)
     return Errors(errors.start, errors.contact, errors.peak, impulse)
+
+
+@kernel
+def _jump(x, first, step, noise):
+    """How high a jump before the `first` sample of an edge, or the next, is; 0 unless it is seen.
+
+    It is what the difference of two samples has more than a line through the next two has. The
+    force has risen since the jump, in the mean for half a sample.
+    """
+    greatest, beyond = JUMP_SEEN * noise, 0.0
+    for i in (first, first + step):
+        if min(i - step, i + 2 * step) >= 0 and max(i - step, i + 2 * step) < len(x):
+            rise, next_rise = x[i] - x[i - step], x[i + step] - x[i]
+            more = rise - 2.0 * next_rise + x[i + 2 * step] - x[i + step]
+            if more > greatest:
+                greatest, beyond = more, more + max(0.5 * next_rise, 0.0)
+    return beyond
 
 
 @kernel
