@@ -125,7 +125,7 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
         level = 20.0 * np.log10(truth.amplitude[k])
         row = {"pulse": pulse, "rate": rate, "level": round(level), "flags": int(found.flags[i])}
         row["bound"] = contact * cramer_rao(SHAPES[pulse], truth.amplitude[k], contact * rate)
-        row["record"] = seed
+        row["second"] = (seed, int(found.time[i]))
         for name in MEASURED:
             row[name] = float(getattr(found, name)[i] - true[name][k])
             row[f"{name}_error"] = float(getattr(found, f"{name}_error")[i])
@@ -136,7 +136,7 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
 def stratum(rows: list[dict]) -> dict:
     """The z-scores of some impacts, and their standard errors beside the bound."""
     line: dict = {"found": len(rows)}
-    records = np.unique([row["record"] for row in rows], return_inverse=True)[1]
+    records = np.unique([row["second"][0] for row in rows], return_inverse=True)[1]
     for name in MEASURED:
         z = np.array([row[name] / row[f"{name}_error"] for row in rows])
         line[name] = {
