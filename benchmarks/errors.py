@@ -7,14 +7,12 @@ root mean square and shares beyond 2 and 3 (4.6 and 0.3 % of a Gaussian); and th
 error of the instants over their Cramér-Rao bound, for a pulse of given shape whose amplitude, start
 and length are not given.
 
-The last lines give the share of strata whose z-scores lie within 0.8-1.25, as root mean square and
-as standard deviation about the mean of the stratum, and the share that errors drawn from what is
-stated would have. Impacts of one second are measured by one shape, so there their contact times are
-taken to have one error, and their instants and peaks a common one of `Impacts.shared_time_error`
-and `shared_peak_error`: the fewer seconds there are, the more z-scores lie outside by chance. What
-of it is noise differs from second to second; what a shape that is not given is off by does not. So
-there are two such shares: for shared errors that are drawn anew for each second, and only once for
-each stratum.
+Impacts of one second are measured by one shape, so errors of contact times, and much of those of
+instants and peaks at high levels, are common to them: z-scores of few records lie outside 0.8-1.25
+by chance. From 20 records on, the last lines therefore give, beside the share of strata within that
+range, how many are surely above or below it, and which: those whose interval of 95 % over records,
+drawn with repetition, lies outside: for the root mean square of z, and for its standard deviation
+about the mean of the stratum (what a shape is off by in every record is in the first only).
 
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
     python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
@@ -51,8 +49,11 @@ SHAPES = PULSES | OTHERS | LAWS | STRANGERS
 MEASURED = ("time", "contact_time", "peak", "impulse")
 LEAST, MOST = 0.8, 1.25
 """What a z-score should have for its standard deviation."""
-DRAWS = 200
-"""Of errors as stated, in each stratum."""
+DRAWS = 400
+"""Of the records of a stratum, with repetition."""
+FEWEST = 20
+"""Records that show how much they scatter."""
+SPREADS = ("rms", "about mean")
 
 
 def record(
@@ -124,18 +125,10 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
         level = 20.0 * np.log10(truth.amplitude[k])
         row = {"pulse": pulse, "rate": rate, "level": round(level), "flags": int(found.flags[i])}
         row["bound"] = contact * cramer_rao(SHAPES[pulse], truth.amplitude[k], contact * rate)
-        row["of"] = len(truth.time)
         row["second"] = (seed, int(found.time[i]))
         for name in MEASURED:
             row[name] = float(getattr(found, name)[i] - true[name][k])
             row[f"{name}_error"] = float(getattr(found, f"{name}_error")[i])
-        shared = {
-            "time": found.shared_time_error[i],
-            "contact_time": found.contact_time_error[i],
-            "peak": found.shared_peak_error[i],
-            "impulse": 0.0,
-        }
-        row["shared"] = {name: float(shared[name]) for name in MEASURED}
         rows.append(row)
     return rows
 
@@ -143,14 +136,14 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
 def stratum(rows: list[dict]) -> dict:
     """The z-scores of some impacts, and their standard errors beside the bound."""
     line: dict = {"found": len(rows)}
+    records = np.unique([row["second"][0] for row in rows], return_inverse=True)[1]
     for name in MEASURED:
         z = np.array([row[name] / row[f"{name}_error"] for row in rows])
         line[name] = {
             "rms": float(np.sqrt(np.mean(z**2))),
             "mean": float(z.mean()),
             "about mean": float(z.std()),
-            "by chance": by_chance(rows, name, [row["second"] for row in rows]),
-            "by one draw": by_chance(rows, name, np.zeros((len(rows), 1))),
+            "of 95 %": intervals(z, records),
             "beyond 2": float(np.mean(np.abs(z) > 2)),
             "beyond 3": float(np.mean(np.abs(z) > 3)),
         }
@@ -162,17 +155,41 @@ def stratum(rows: list[dict]) -> dict:
     return line
 
 
-def by_chance(rows: list[dict], name: str, drawn) -> float:
-    """Probability that z-scores are within LEAST and MOST if errors are as stated.
+def intervals(z, records) -> dict[str, list[float]]:
+    """Intervals of 95 % of both spreads of z-scores, from records drawn with repetition."""
+    sums = np.stack([np.bincount(records, z**power) for power in range(3)])
+    drawn = np.random.default_rng(len(z)).integers(sums.shape[1], size=(DRAWS, sums.shape[1]))
+    count, total, squares = sums[:, drawn].sum(axis=-1)
+    rms = np.sqrt(squares / count)
+    about_mean = np.sqrt(np.maximum(rms**2 - (total / count) ** 2, 0.0))
+    return {
+        of: np.quantile(spread, (0.025, 0.975)).tolist()
+        for of, spread in zip(SPREADS, (rms, about_mean), strict=True)
+    }
 
-    What they share is drawn once for all rows of which `drawn` is the same.
-    """
-    of = np.unique(np.array(drawn), axis=0, return_inverse=True)[1].ravel()
-    shared = np.array([min(row["shared"][name] / row[f"{name}_error"], 1.0) for row in rows])
-    rng = np.random.default_rng(len(rows))
-    z = shared * rng.standard_normal((DRAWS, of.max() + 1))[:, of]
-    z += np.sqrt(1.0 - shared**2) * rng.standard_normal((DRAWS, len(rows)))
-    return float(np.mean(_within(np.sqrt(np.mean(z**2, axis=1)))))
+
+def say_what_is_outside(lines: list[dict], sure: bool) -> None:
+    """Print how many strata are outside LEAST to MOST; if `sure`, also which are beyond chance."""
+    for of in SPREADS:
+        spread = np.array([[line[name][of] for name in MEASURED] for line in lines])
+        print(f"z of {LEAST}-{MOST} ({of}): {np.mean(_within(spread)):.1%}", end="; ")
+        print(f"above: {np.mean(spread > MOST):.1%}", end="; " if sure else "\n")
+        if not sure:
+            continue
+        outside: dict[str, list[str]] = {"above": [], "below": []}
+        for line in lines:
+            for name in MEASURED:
+                low, high = line[name]["of 95 %"][of]
+                words = f"{line['pulse']} {line['rate'] / 1e3:g} {line['level']:g} {name}"
+                words += f" {line[name][of]:.2f} ({low:.2f}-{high:.2f})"
+                if low > MOST:
+                    outside["above"].append(words)
+                elif high < LEAST:
+                    outside["below"].append(words)
+        print(", ".join(f"{len(some)} surely {side}" for side, some in outside.items()))
+        for side, some in outside.items():
+            for words in some:
+                print(f"  {side}: {words}")
 
 
 def _within(spread):
@@ -225,15 +242,7 @@ def main() -> None:
                     flush=True,
                 )
     ratios = [row["time_error"] / row["bound"] for row in every]
-    for of in ("rms", "about mean"):
-        spread = np.array([[line[name][of] for name in MEASURED] for line in lines])
-        print(f"z of {LEAST}-{MOST} ({of}): {np.mean(_within(spread)):.1%}", end="; ")
-        print(f"above: {np.mean(spread > MOST):.1%}")
-    print("errors as stated would have", end="")
-    for drawn, of in (("by chance", "second"), ("by one draw", "stratum")):
-        chance = np.mean([line[name][drawn] for line in lines for name in MEASURED])
-        print(f"; shared ones drawn anew for each {of}: {chance:.1%}", end="")
-    print()
+    say_what_is_outside(lines, len(given.seeds) >= FEWEST)
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
     for name, of in [(f"{one:g} dB", ("level", one)) for one in levels] + [
         (one, ("pulse", one)) for one in GROUPS[given.shapes]

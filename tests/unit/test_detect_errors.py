@@ -271,6 +271,13 @@ def test_impulse_of_a_half_sine_is_as_uncertain_as_noise_and_baseline_make_it():
     assert np.all(found.impulse_error < 1.2 * least)
 
 
+def test_impulse_of_a_force_that_begins_with_a_jump_is_uncertain_by_where_it_lies():
+    # A fifth of the height lies between two samples: at 40 dB that is more than the noise.
+    options = {"levels": (40.0,), "count": 150}
+    rows = [row for seed in (81, 82) for row in errors("Kelvin-Voigt", 20e3, seed, **options)]
+    assert 0.8 < rms_z(rows, "impulse") < 1.4
+
+
 def test_errors_grow_with_the_noise_and_scale_with_the_unit():
     starts = 500.0 + 700.0 * np.arange(7) + 0.3
     quiet, loud = (detect(half_sines(starts, noise=noise, seed=1)) for noise in (0.01, 0.05))

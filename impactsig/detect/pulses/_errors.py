@@ -25,6 +25,8 @@ class Errors(NamedTuple):
 
 
 UNKNOWN = Errors(np.inf, np.inf, np.inf, np.inf)
+JUMP_SEEN = 9.0
+"""Standard deviations of the noise that a jump in the force must have: twice those of its own."""
 
 
 class Seen(NamedTuple):
@@ -99,6 +101,7 @@ def with_impulse(x, start, end, errors, seen):
     An end that is off by an error misses slope error^2 / 2, whose mean square is 3 slope^2
     error^4 / 4. Where a straight edge begins between two samples, at a share f of the way, the
     line between them is too great by slope f (1 - f)^2 / 2, whose mean square is slope^2 / 420.
+    Where the force begins or ends with a jump, that is jump (f - 1/2), of mean square jump^2 / 12.
     """
     first, last = int(start) + 1, math.ceil(end) - 1
     slopes = 0.0
@@ -108,8 +111,38 @@ def with_impulse(x, start, end, errors, seen):
     late = math.sqrt(max(errors.contact**2 - errors.start**2, 0.0))
     steep = math.pi * x[seen.top] / (end - start)
     missed = 0.75 * steep**2 * (errors.start**4 + late**4)
-    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + slopes / 420.0 + missed)
+    early = _jump(x, first, 1, x[seen.top], seen.noise)
+    ending = _jump(x, last, -1, x[seen.top], seen.noise)
+    edges = slopes / 420.0 + (early**2 + ending**2) / 12.0 + missed
+    impulse = math.sqrt(seen.noise**2 * (end - start) + level**2 + edges)
     return Errors(errors.start, errors.contact, errors.peak, impulse)
+
+
+@kernel
+def _jump(x, first, step, height, noise):
+    """How high a jump before the `first` sample of an edge, or the next, is; 0 unless it is seen.
+
+    It is what the difference of two samples has more than a line through the next two has. The
+    force has risen since the jump, in the mean for half a sample. What begins above the baseline,
+    or does not go on rising, is the corner of a steep edge; more than half of the height, an edge
+    of hardly a sample.
+    """
+    if not 3 <= first < len(x) - 3:
+        return 0.0
+    at = first
+    jump = _more_than_a_line(x, at, step)
+    if _more_than_a_line(x, at + step, step) > jump:
+        at += step
+        jump = _more_than_a_line(x, at, step)
+    rise, after = x[at + step] - x[at], x[at + 2 * step] - x[at + step]
+    seen = jump > JUMP_SEEN * noise and x[at - step] < 0.25 * jump and jump < 0.5 * height
+    return jump + max(0.5 * rise, 0.0) if seen and after > 0.5 * rise else 0.0
+
+
+@kernel
+def _more_than_a_line(x, at, step):
+    """By how much a sample is farther above the one before than a line through the next two is."""
+    return 3.0 * (x[at] - x[at + step]) - x[at - step] + x[at + 2 * step]
 
 
 @kernel
