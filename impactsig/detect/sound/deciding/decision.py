@@ -10,7 +10,7 @@ these two seconds (fewer beside digital silence): dense impacts raise the quanti
 does, but have fewer crests, and weak knocks have weak tails. The evidence of a crest of C from
 octaves is
 
-    min(C / (a + r) + G / 36, C / (0.35 a + r)),
+    min(C / (a + r) + G / 36, C / (0.25 a + r)),
 
 with C limited to its excess over the tails of earlier crests (`_tails.py`), and G only for the
 greatest C within 28 ms. It is at most B over the greater of 0.035 and the mean of B around it.
@@ -20,7 +20,7 @@ has none, the impact lies at the crest of B.
 
 The probability of an impact is that of the greatest log-odds of three:
 
-    by octaves  6.5 ln e + 1.5 ln n + 3.3,
+    by octaves  6.5 ln e + 1.5 ln n + 3,
     by bands    3 ln e, or 7 ln e if e < 1,
     by others   3.6 ln e + 0.6 ln L + 1.9 ln (m + 1/2) - 1.3 ln (k K / a^2) - 1.1 ln B_max - 7.3,
 
@@ -96,13 +96,14 @@ ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
 FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
-LEAST_OCTAVES = 0.35  # times a: rise in octaves without which that counts little
+BESIDE_BAND = 0.25  # times a: rise in octaves without which that counts little
+LEAST_OCTAVES = 0.35  # times a: rise in octaves of what others do not hide
 ALONE = 28e-3  # [s] within which C must be greatest for that to count: the extent of G
 BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
 AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
 CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
 SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B that it belongs to
-OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
+OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.0  # of the log-odds by octaves
 BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
 FAINT = 0.3  # evidence of nothing
 AMONG = 2.0  # times a: height of crests with which others are compared, and that octaves show
@@ -395,7 +396,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
         clear[near] / (audible + rattle) + likelihood[near] / CERTAIN,
-        clear[near] / (LEAST_OCTAVES * audible + rattle),
+        clear[near] / (BESIDE_BAND * audible + rattle),
     )
     evidence[near] = np.minimum(calm, borne_out[near])
     return evidence
