@@ -11,8 +11,8 @@ deviation of the rise in octaves in noise, the log-odds x become
     d = (1 - 0.4 c) (1 - c^16),
     k = max(0, ln(sigma / 0.16)),    f = min(1, (r - 6) / 4), 0 where fewer than 6 a second come,
 
-s = 0.75 where x > 0, else 0.5. Where the rise is taken over few octaves (k > 0: rates below 13 kHz),
-its greatest values in noise are far above usual ones, and impacts stand less above these. If
+s = 0.75 where x > 0, else 0.5. Where the rise is taken over few octaves (k > 0: rates below 13
+kHz), its greatest values in noise are far above usual ones, and impacts stand less above these. If
 nothing is in doubt, improbable crests are not impacts. Fitted to synthetic sound of 3 to 28 impacts
 a second, 6 to 30 dB above noise, at 8 to 44 kHz.
 
