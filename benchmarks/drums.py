@@ -40,7 +40,7 @@ CONSTANTS = {
     (crests, "BORNE_OUT"): [0.025, 0.035, 0.05],
     (decision, "CLEAR"): [1.35, 1.65, 2.0],
     (_among, "OTHERS_OFFSET"): [-8.3, -7.3, -6.3],
-    (decision, "OFFSET"): [2.3, 3.3, 4.3],
+    (decision, "OFFSET"): [2.0, 3.0, 4.0],
 }
 """Values of constants, each with the module that reads it."""
 LEAST = [0.3, 0.5, 0.7]

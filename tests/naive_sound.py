@@ -285,7 +285,7 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
         beside = place[(place >= j - 0.028 / frame) & (place < j + 0.028 / frame)]
         certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
         above = min(c[j], max(beyond[j], 0))
-        octaves[int(j)] = min(above / (a + rattle) + certain, above / (0.35 * a + rattle), bound)
+        octaves[int(j)] = min(above / (a + rattle) + certain, above / (0.25 * a + rattle), bound)
         bands[int(j)] = c[j] / max(1.65, 10 * spread)
         shortly = np.sort(c[place[(place >= j - 0.25 / frame) & (place < j + 0.25 / frame)]])
         briefly = shortly[-20] if len(shortly) >= 20 else 0.0
@@ -317,7 +317,7 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
     for j, by_bands in bands.items():
         often = 1 / 60 + len(evident - {j}) / (len(b) * 16 * frame + 10)
         by_octaves = max(octaves.get(j, 0.0), 1e-9)
-        odds = [6.5 * np.log(by_octaves) + 1.5 * np.log(often) + 3.3]
+        odds = [6.5 * np.log(by_octaves) + 1.5 * np.log(often) + 3]
         odds.append((7 if by_bands < 1 else 3) * np.log(max(by_bands, 1e-9)))
         if j in others:
             odds.append(min(3.6 * np.log(by_bands) + others[j][0], others[j][1]))
@@ -334,6 +334,7 @@ def calibrated(judged, f1, pace, counts, seconds, spread):
     more = 0.7 * clear**2 * min(1, pace / 13.5)
     if pace > 13.5:
         more += min(8 * np.log(pace / 13.5), 3)
+    more += 2.5 * np.log(max(1, spread / 0.16)) * np.clip((pace - 6) / 4, 0, 1)
     more *= (1 - 0.4 * clear) * (1 - clear**16)
     improbable, below, above = counts
     e = np.clip((0.3 - np.log((below + 2) / (above + 1))) / 0.6, 0, 1)

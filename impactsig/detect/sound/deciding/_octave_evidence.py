@@ -6,7 +6,7 @@ C within a second, or, if that is more, at most 50 times the excess over 0.75 s 
 crest of these two seconds (fewer beside digital silence): dense impacts raise the quantiles as
 rattling does, but have fewer crests, and weak knocks have weak tails. The evidence of a crest is
 
-    min(C / (a + r) + G / 36, C / (0.35 a + r)),
+    min(C / (a + r) + G / 36, C / (0.25 a + r)),
 
 with C limited to its excess over the tails of earlier crests (`_tails.py`), and G only for the
 greatest C within 28 ms. It is at most what bears the crest out (`crests.py`, a and s as well).
@@ -19,13 +19,14 @@ import numpy as np
 from .._kernels import BLOCK
 from .._nearby import crowd, greatest_near, heard_share, ranked
 from .._survey import SAMPLED, Passage
-from .crests import LEAST_OCTAVES, NEARBY, Crests, audible_rise
+from .crests import NEARBY, Crests, audible_rise
 
 RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
 ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
 FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
 TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
 CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
+BESIDE_BAND = 0.25  # times a: rise in octaves without which that counts little
 FAINT = 0.3  # evidence of nothing
 
 
@@ -48,7 +49,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(
         clear[near] / (audible + rattle) + likelihood[near] / CERTAIN,
-        clear[near] / (LEAST_OCTAVES * audible + rattle),
+        clear[near] / (BESIDE_BAND * audible + rattle),
     )
     evidence[near] = np.minimum(calm, borne_out[near])
     return evidence

@@ -4,21 +4,24 @@ The odds of a crest were fitted to records of all kinds together. If few crests 
 doubt, evidence separates impacts from noise better: even odds are rarer than stated, and then more
 often impacts. If impacts are as dense as the crests of a rattle, they mask each other's evidence,
 and most that seem improbable are impacts. With F the F1 that the odds imply
-(`doubt.py`), c = max(0, 1 - (1 - F) / 0.03) and r likely impacts a second, the log-odds x become
+(`doubt.py`), c = max(0, 1 - (1 - F) / 0.03), r likely impacts a second and sigma the standard
+deviation of the rise in octaves in noise, the log-odds x become
 
-    (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3)),
+    (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3) + 2.5 k f),
     d = (1 - 0.4 c) (1 - c^16),
+    k = max(0, ln(sigma / 0.16)),    f = min(1, (r - 6) / 4), 0 where fewer than 6 a second come,
 
-s = 0.75 where x > 0, else 0.5. If nothing is in doubt, improbable crests are not impacts. Fitted to
-synthetic sound of 3 to 28 impacts a second, 6 to 30 dB above noise, at 8 to 44 kHz.
+s = 0.75 where x > 0, else 0.5. Where the rise is taken over few octaves (k > 0: rates below 13
+kHz), its greatest values in noise are far above usual ones, and impacts stand less above these. If
+nothing is in doubt, improbable crests are not impacts. Fitted to synthetic sound of 3 to 28 impacts
+a second, 6 to 30 dB above noise, at 8 to 44 kHz.
 
 In noise, the number of crests decreases with their probability. If at least as many crests lie just
 above even odds as just below, they are impacts whose evidence is masked by a room or the next. With
-n_1, n_2 and n_3 crests of log-odds from -3 to -1.5, to 0 and to 1.5, t seconds, sigma the standard
-deviation of the rise in octaves in noise, and, between 0 and 1,
+n_1, n_2 and n_3 crests of log-odds from -3 to -1.5, to 0 and to 1.5, t seconds, and, between 0
+and 1,
 
-    e = (0.3 - ln((n_2 + 2) / (n_3 + 1))) / 0.6,
-    h = e min(1, (r - 6) / 4),    which is 0 where fewer than 6 a second come,
+    e = (0.3 - ln((n_2 + 2) / (n_3 + 1))) / 0.6,    h = e f,
 
 the log-odds grow by
 
@@ -46,6 +49,7 @@ SHORTEST = 1.0  # [s], of a record that shows how densely they come
 DENSE_SLOPE, DENSE_MOST = 8.0, 3.0  # log-odds for each e-fold beyond that, and at most
 SEEN, CERTAIN = 0.4, 16  # share that odds show where little is in doubt; power of c by which all is
 EVEN = 0.7  # log-odds of what seems even there, if impacts come as densely
+COARSE, FEWER_OCTAVES = 0.16, 2.5  # sigma of few octaves, and log-odds for each e-fold beyond
 RISING, RISING_WITHIN = 0.3, 0.6  # ln of crests below even odds over those above, and its reach
 FEW, MANY, DENSELY = 6.0, 10.0, 0.3  # impacts a second, no and all; and e-folds beyond DENSE
 MORE, LESS_DENSE, COARSER, HIDDEN, NOISY = 2.5, 1.9, 0.5, 0.6, 1.2  # log-odds, and for an e-fold
@@ -66,8 +70,10 @@ def calibrated(odds: np.ndarray, doubt: Doubt, seconds: float, spread: float) ->
     above, below = SHARPER
     more = EVEN * clear**2 * min(pace, 1.0)
     more += min(DENSE_SLOPE * math.log(max(pace, 1.0)), DENSE_MOST)
+    many = min(max((doubt.right / seconds - FEW) / (MANY - FEW), 0.0), 1.0)
+    more += FEWER_OCTAVES * math.log(max(spread / COARSE, 1.0)) * many
     more *= (1.0 - SEEN * clear) * (1.0 - clear**CERTAIN)
-    hidden = rising(doubt) * min(max((doubt.right / seconds - FEW) / (MANY - FEW), 0.0), 1.0)
+    hidden = rising(doubt) * many
     more += hidden * lost(doubt, seconds, spread)
     slope = 1.0 + np.where(odds > 0.0, clear * above, clear * below + BLURRED * hidden)
     turned: np.ndarray = odds * slope + more

@@ -22,7 +22,7 @@ ALONE = 28e-3  # [s] within which C must be greatest for G to count: the extent 
 BORNE_OUT = 0.035  # rise in narrow bands that a rise in octaves needs
 AROUND = 0.15, 0.05  # [s] before and after, of the mean of B
 SOONER, LATER = 12e-3, 20e-3  # [s], of a crest of C beside one of B or G that it belongs to
-LEAST_OCTAVES = 0.35  # times a: rise in octaves without which evidence counts little
+LEAST_OCTAVES = 0.35  # times a: rise in octaves of what others do not hide
 
 
 class Crests(NamedTuple):

@@ -8,7 +8,7 @@ nearby. If B has a crest and C has none, the impact lies at the crest of B.
 
 The probability of an impact is that of the greatest log-odds of four:
 
-    by octaves  6.5 ln e + 1.5 ln n + 3.3,
+    by octaves  6.5 ln e + 1.5 ln n + 3,
     by bands    3 ln e, or 7 ln e if e < 1,
     by others   those of `_among.py`,
     dense       those of `_dense.py`, for dense crests of about the same height.
@@ -48,7 +48,7 @@ from .crests import LATER, SOONER, audible_rise, octave_crests
 APART = 25e-3  # [s], crests of B
 LEAST_BANDS = 0.33  # rise in the mean over narrow bands [neper of power]
 CLEAR, CLEAR_SIGMAS = 1.65, 10.0  # rise in octaves that needs none [neper of power], or in s
-OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.3  # of the log-odds by octaves
+OCTAVES_SLOPE, OFTEN_SLOPE, OFFSET = 6.5, 1.5, 3.0  # of the log-odds by octaves
 BANDS_SLOPES = 7.0, 3.0  # of those by narrow bands, below and above an evidence of 1
 TINIEST = 1e-9  # C
 
