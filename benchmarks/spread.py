@@ -46,8 +46,8 @@ def spread_over_records(
     return spread, spread / factor, spread * factor
 
 
-def _variance(sums: np.ndarray, about_mean: bool):
+def _variance(sums: np.ndarray, about_mean: bool) -> np.ndarray:
     """Variance from the number, the sum and the sum of squares."""
     number, total, squares = sums
     mean = total / number if about_mean else 0.0
-    return np.maximum(squares / number - mean**2, 1e-12)
+    return np.asarray(np.maximum(squares / number - mean**2, 1e-12))

@@ -18,7 +18,7 @@ from .._lane_kernels import fused
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
-TAPS = 16  # samples on either side from which a value between samples is interpolated
+TAPS = 24  # samples on either side from which a value between samples is interpolated
 UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
 TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
 _NONE, _FOUR = np.uint64(0), np.uint64(4)
