@@ -105,11 +105,6 @@ def stratum(parts: list[np.ndarray]) -> dict:
     }
 
 
-def contradicts(least: float, most: float) -> bool:
-    """Whether an interval of a standard deviation lies outside of what is WANTED."""
-    return least > WANTED[1] or most < WANTED[0]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add_seeds(parser, "301:304")
@@ -133,10 +128,11 @@ def main() -> None:
             [off / error for off, error in map(np.transpose, parts)]
         )
         lines[-1] |= {"z at least": least, "z at most": most}
-        held = WANTED[0] <= lines[-1]["z"] <= WANTED[1]
-        held = "contradicted" if contradicts(least, most) else "" if held else "missed"
+        verdict = "" if WANTED[0] <= lines[-1]["z"] <= WANTED[1] else "missed"
+        if least > WANTED[1] or most < WANTED[0]:
+            verdict = "contradicted"
         cells = (f"{one:.3g}" if isinstance(one, float) else str(one) for one in lines[-1].values())
-        print("  ".join(f"{cell:>7}" for cell in cells), held, flush=True)
+        print("  ".join(f"{cell:>7}" for cell in cells), verdict, flush=True)
     z = np.array([line["z"] for line in lines])
     above = sum(line["z at least"] > WANTED[1] for line in lines)
     below = sum(line["z at most"] < WANTED[0] for line in lines)

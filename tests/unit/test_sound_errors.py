@@ -10,6 +10,7 @@ import impactsig
 from benchmarks import strange_sounds
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
+from benchmarks.spread import spread_over_records
 from impactsig.detect.sound._attack_kernels import (
     DEPENDENT,
     MOST_TOGETHER,
@@ -44,6 +45,21 @@ def test_modes_of_noise_beside_a_sound_are_allowed_for():
     off, error = np.concatenate([errors(truth) for truth in truths]).T
     assert np.std(off / error) < 1.6
     assert np.median(error) < 3e-4
+
+
+def test_a_sound_that_is_clear_late_began_later_than_its_attack():
+    off, error = errors(record("own", 22_050, 40.0, 431, count=60)).T
+    assert np.corrcoef(np.abs(off), error)[0, 1] > 0.5
+    assert 0.8 < np.std(off / error) < 1.3
+
+
+@pytest.mark.parametrize(
+    ("kind", "rate", "least"),
+    [("shared", 22_050, 0.75), ("alike", 11_025, 0.7)],  # 5.2 kHz, near half the rate
+)
+def test_errors_of_clear_sounds_are_not_stated_too_large(kind, rate, least):
+    z = [z_scores(kind, rate, 40.0, seed) for seed in (434, 437)]
+    assert least < np.std(np.concatenate(z)) < 1.3
 
 
 def test_louder_noise_makes_errors_larger():
@@ -187,3 +203,15 @@ def test_growth_of_the_mean_power_limits_attacks():
     sums.add(np.sqrt(growing - 1.0) * np.geomspace(1.0, 1e3, 8)[:, None])
     assert sums.spread() == pytest.approx(VARIED * 60.0, rel=0.05)
     assert spread_of(np.ones(10), 5, rate) == 0.0
+
+
+def test_intervals_over_records_hold_as_often_as_stated():
+    # Deviations differ from record to record, as the modes of records do.
+    rng, held = np.random.default_rng(3), []
+    for _ in range(400):
+        groups = [np.exp(0.25 * a) * rng.standard_normal(80) for a in rng.standard_normal(5)]
+        spread, least, most = spread_over_records(groups)
+        assert spread == pytest.approx(np.std(np.concatenate(groups)))
+        held.append(least < np.exp(0.25**2) < most)
+    assert 0.9 < np.mean(held) < 0.98
+    assert spread_over_records(groups[:1])[1:] == (0.0, np.inf)
