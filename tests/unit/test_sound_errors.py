@@ -20,6 +20,7 @@ from impactsig.detect.sound._attack_kernels import (
     variance_change,
 )
 from impactsig.detect.sound._growth import VARIED, Growth, spread_of
+from impactsig.detect.sound.timing.alike import ATTACKS, _beyond
 
 # Seeds that nothing was chosen on.
 
@@ -188,6 +189,18 @@ def test_waveforms_of_one_mode_may_be_shifted_by_its_phase():
     asked = {"rate": 44_100, "level": 30.0, "kind": "nearly alike", "in": "white", "filter": ""}
     off, error = strange((3003,), beginning="at once", **asked)  # a single mode
     assert 0.4 < np.std(off / error) < 1.6
+
+
+def test_phases_that_vary_by_less_than_attacks_show_are_allowed_for():
+    off, error = errors(strange_sounds.record(250_081)[0]).T  # 0.2 rad of one mode at 1.5 kHz
+    assert 0.8 < np.std(off / error) < 2.5
+
+
+@pytest.mark.parametrize("total", [0.3, 0.7, 1.4])
+def test_what_shifts_have_beyond_attacks_whose_errors_are_not_exact(total):
+    attacks = np.linspace(ATTACKS, 1.0, 10_001)
+    expected = np.mean(np.maximum(total - attacks, 0.0))
+    assert _beyond(2.0 * total, 2.0) == pytest.approx(2.0 * expected, rel=1e-3)
 
 
 def test_growth_of_the_mean_power_limits_attacks():

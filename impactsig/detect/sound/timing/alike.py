@@ -49,6 +49,7 @@ AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard 
 QUARTERS = 4  # of the sounds, laid one after the other
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
+ATTACKS = 0.5  # variance of attacks, at least, over the one that is stated
 INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
 COMPARED = 64  # sounds that show how all differ
 PASSES = 3  # over the impacts learned from
@@ -243,9 +244,10 @@ class Overlay:
         if self._one_mode(shifts[ROWS // 2]):
             # Another phase is another shift: only attacks tell how much of either there is.
             known = max(middle(error), 12.0**-0.5) ** 2
-            phase = max((DEVIATION_BY_MEDIAN * middle(apart)) ** 2 - known, 0.0)
-            if phase > known:
+            total = (DEVIATION_BY_MEDIAN * middle(apart)) ** 2
+            if total > 2.0 * known:
                 return None
+            phase = _beyond(total, known)
         misfit = self._misfit(shifts[ROWS // 2], sounds[alike], fits)
         lever = self._lever(shifts)
         return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
@@ -375,6 +377,12 @@ def _apart(fits: np.ndarray, expected: np.ndarray) -> tuple[float, np.ndarray]:
     late = fits[:, 0] - expected[:, 0]
     latency = middle(late)
     return latency, np.abs(late - latency)
+
+
+def _beyond(total: float, known: float) -> float:
+    """Mean of what a variance has beyond that of attacks, which is at least ATTACKS of `known`."""
+    least, most = max(total - known, 0.0), max(total - ATTACKS * known, 0.0)
+    return (most**2 - least**2) / (2.0 * (1.0 - ATTACKS) * known)
 
 
 def _slope(shifts: np.ndarray) -> np.ndarray:
