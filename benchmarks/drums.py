@@ -20,12 +20,13 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import product
 from pathlib import Path
+from types import ModuleType
 
 import mir_eval
 import numpy as np
 import soundfile
 
-from impactsig.detect.sound.deciding import decision
+from impactsig.detect.sound.deciding import _among, crests, decision
 
 from .detection import markdown
 from .detectors import by_impactsig
@@ -35,12 +36,13 @@ from .sound_passage import methods
 APART, WINDOW = 0.03, 0.025
 LATE = np.arange(-10, 45, 5) * 1e-3
 CONSTANTS = {
-    "LEAST_BANDS": [0.27, 0.33, 0.40],
-    "BORNE_OUT": [0.025, 0.035, 0.05],
-    "CLEAR": [1.35, 1.65, 2.0],
-    "OTHERS_OFFSET": [-8.3, -7.3, -6.3],
-    "OFFSET": [2.3, 3.3, 4.3],
+    (decision, "LEAST_BANDS"): [0.27, 0.33, 0.40],
+    (crests, "BORNE_OUT"): [0.025, 0.035, 0.05],
+    (decision, "CLEAR"): [1.35, 1.65, 2.0],
+    (_among, "OTHERS_OFFSET"): [-8.3, -7.3, -6.3],
+    (decision, "OFFSET"): [2.3, 3.3, 4.3],
 }
+"""Values of constants, each with the module that reads it."""
 LEAST = [0.3, 0.5, 0.7]
 
 
@@ -65,16 +67,16 @@ def recordings(folder: Path) -> dict[str, tuple[np.ndarray, float, np.ndarray]]:
 
 
 @contextmanager
-def constants(values: dict[str, float]) -> Iterator[None]:
+def constants(values: dict[tuple[ModuleType, str], float]) -> Iterator[None]:
     """The decision with other constants."""
-    before = {name: getattr(decision, name) for name in values}
-    for name, value in values.items():
-        setattr(decision, name, value)
+    before = {place: getattr(*place) for place in values}
+    for place, value in values.items():
+        setattr(*place, value)
     try:
         yield
     finally:
-        for name, value in before.items():
-            setattr(decision, name, value)
+        for place, value in before.items():
+            setattr(*place, value)
 
 
 def every(grid: dict) -> list[dict]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.probability import outcomes
-from impactsig.detect.sound.deciding.decision import Candidates
+from impactsig.detect.sound.deciding.candidates import Candidates
 from impactsig.detect.sound.deciding.overlapping import with_overlap
 from tests import naive_sound
 

@@ -21,7 +21,7 @@ from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
-from .deciding.decision import LATER, SOONER
+from .deciding.crests import LATER, SOONER
 from .deciding.doubt import EVEN
 from .deciding.gradual import gradual_odds, most_odds_beside
 from .deciding.overload import overload_odds

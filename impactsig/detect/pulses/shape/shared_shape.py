@@ -12,6 +12,7 @@ in one span may show in others: each tells the next of the spread and of the res
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -90,6 +91,21 @@ MISSED = 2.0
 """Times what the family usually leaves of a pulse: no more is left of one of the same shape."""
 
 
+class Family(NamedTuple):
+    """The member of the family that the pulses of a span are measured by, and how it fits."""
+
+    missed: bool  # whether it misses them
+    shown: bool  # whether clear pulses show the rest of their shape
+    steep: bool
+    left: float  # mean square that it leaves of them, over that of their heights
+    alike: np.ndarray  # rows of the pulses of this shape
+    clear: np.ndarray  # those of them that show it
+    about: np.ndarray  # (2, SHAPES), where it is expected and how exactly
+    mean: np.ndarray
+    spread: np.ndarray
+    learnt: np.ndarray  # what the span adds to `told`
+
+
 def share_shape(rows, x, origin, timed, told):
     """Measure the pulses of `rows` again, in place, by their shared shape.
 
@@ -104,32 +120,24 @@ def share_shape(rows, x, origin, timed, told):
     told : array
         What the spans before tell (see `nothing_told`); this one is added, in place.
     """
-    missed, *found = _share_family(rows, x, origin, timed, told)
-    left, alike, mean, learnt = found[2], found[3], found[6], found[8]
-    far = _is_far(rows, alike, left if missed else 0.0, mean)
+    family = _share_family(rows, x, origin, timed, told)
+    far = _is_far(rows, family.alike, family.left if family.missed else 0.0, family.mean)
     if far and share_mean(rows, x, origin, timed, far):
-        if missed:
-            learn(learnt, told)
+        if family.missed:
+            learn(family.learnt, told)
         return
-    if missed:  # few records need it, and it takes long to compile
+    if family.missed:  # few records need it, and it takes long to compile
         before = rows.copy()
-        moved = _share_missed(rows, x, origin, timed, told, *found)
-        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(left, STEPS)):
+        moved = _share_missed(rows, x, origin, timed, told, family)
+        if moved > UNSETTLED and share_mean(before, x, origin, timed, max(family.left, STEPS)):
             rows[:] = before
             return
-    doubt_unlike(rows, alike, timed)
+    doubt_unlike(rows, family.alike, timed)
 
 
 @allocating
 def _share_family(rows, x, origin, timed, told):
-    """Measure pulses by a shape of the family.
-
-    Returns
-    -------
-    (whether it misses them, whether the rest of their shape shows, whether they are steep, what is
-    left of them, those alike, the clear ones, where their shape is expected, its mean and spread,
-    what this span adds to `told`)
-    """
+    """Measure pulses by a shape of the family, and return it."""
     alike = _alike(rows)
     clear = _clear(rows, alike)
     left, error = what_is_left(rows, alike)
@@ -180,7 +188,7 @@ def _share_family(rows, x, origin, timed, told):
         allow_for_unseen(rows, alike, max(left - USUAL * error, 0.0), timed)
     shown = missed and len(clear) >= LEAST and not steep
     left = max(left, 0.0)
-    return missed, shown, steep, left, alike, clear, about, mean, spread, learnt
+    return Family(missed, shown, steep, left, alike, clear, about, mean, spread, learnt)
 
 
 @allocating
@@ -208,18 +216,17 @@ def _free(rows, alike, x, origin, timed, about, told, shape, room):
 
 
 @allocating
-def _share_missed(
-    rows, x, origin, timed, told, shown, steep, left, alike, clear, about, mean, spread, learnt
-):
-    """Measure pulses that the family misses, with the rest of their shape; see `_share_family`.
+def _share_missed(rows, x, origin, timed, told, family):
+    """Measure pulses that the family misses, with the rest of their shape.
 
     How far clear pulses still moved in the last round, root mean square [errors].
     """
+    alike, clear, about, learnt = family.alike, family.clear, family.about, family.learnt
     room = make_room()
     moved = 0.0
     if len(alike) >= LEAST:
-        shape = Shape(mean, spread, np.zeros((SHAPES, SHAPES)), learnt)
-        if shown:
+        shape = Shape(family.mean, family.spread, np.zeros((SHAPES, SHAPES)), learnt)
+        if family.shown:
             about[0, POWER - SKEW] = _held(shape.mean)
             before = np.empty(len(clear))
             for _ in range(CLEAR_ROUNDS):
@@ -241,15 +248,15 @@ def _share_missed(
             for _ in range(MISSED_ROUNDS):
                 linearize_with(rows, alike, x, origin, rest, room)
                 shape = share(rows, alike, timed, False, about, told, shape, AGAIN)
-        elif not steep:
+        elif not family.steep:
             shape = _free(rows, alike, x, origin, timed, about, told, shape, room)
         for k in range(len(learnt)):
             for m in range(SHAPES):
                 learnt[k, m] = shape.told[k, m]
     learn(learnt, told)
     rest, held, error = common_rest(rows, clear, x, origin, room)
-    held = max(held - DOUBT * error, 0.0) if shown else 0.0
-    correct_misfit(rows, alike, x, origin, left, held, rest, timed)
+    held = max(held - DOUBT * error, 0.0) if family.shown else 0.0
+    correct_misfit(rows, alike, x, origin, family.left, held, rest, timed)
     return moved
 
 

@@ -10,7 +10,7 @@ if n is at least 30 a second and C at least 0.3 times the greatest within a seco
     3 - 15 m / n, no more than 6.5 ln(D / 2 a),
 
 with D the greater of the excess of C over the tails of earlier crests and of C / 1.5, and a the
-greatest value in an hour of noise (`decision.py`).
+greatest value in an hour of noise (`crests.py`).
 """
 
 from __future__ import annotations

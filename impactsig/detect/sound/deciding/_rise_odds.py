@@ -17,8 +17,8 @@ but no more than (H - 16) / 3, which noise keeps below 0 for hours, nor than 3 l
 sound of few modes swells and fades in its tail. ln(1 + R / a) is subtracted, since in a reverberant
 room single octaves sometimes rise. n is the number of crests of H within 50 ms that are at least
 0.4 times this one, including itself, B_max the greatest B within a second, H' the greatest H from
-100 to 6 ms before, R the rattle and a the greatest C of noise (`decision.py`). The likeliest crest
-within 10 ms takes these odds, if there is one.
+100 to 6 ms before, R the rattle (`_octave_evidence.py`) and a the greatest C of noise
+(`crests.py`). The likeliest crest within 10 ms takes these odds, if there is one.
 
 Narrow bands extend over 23 ms, so an impact detected by them is placed at any nearby crest of C. If
 it is likely, C does not exceed noise there, and another crest of H within 17 ms is four times as
@@ -40,6 +40,10 @@ from .._kernels import GROUP
 from .._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
+from .._survey import Passage
+from ._octave_evidence import rattling
+from .candidates import HOPELESS, Candidates, with_others
+from .crests import Crests
 
 WITHIN = 8e-3  # [s], of a crest of H, that none exceeds
 HERE = 5e-3  # [s], of a crest, that its H is taken from
@@ -48,7 +52,7 @@ EVIDENT, CLEARLY = 1.0, 20.0  # log-odds and H of evident impacts
 FEEBLE = 0.33  # B [neper of power] of what is no rise in narrow bands
 SWELLS = 12.0  # H, below which a rise may be that of power that swells
 SWELLING_SLOPE, RISEN = 1.5, 4.0  # of the log-odds there, and 1 + H of impacts where bands rise
-HOPELESS = -2.0  # log-odds that stay as they are
+STAYS = -2.0  # log-odds that stay as they are
 ALONE = 10e-3  # [s] from any likelier crest, of a crest of H that is an impact of its own
 OWN_ODDS = 0.31, -0.81, -2.43, 1.51, 0.7  # of ln(1 + H), n, ln B_max, ln r, and offset
 RATTLE_SLOPE = 1.0  # of ln(1 + R / a), taken from those
@@ -65,6 +69,44 @@ class Own(NamedTuple):
 
     frame: np.ndarray
     odds: np.ndarray
+
+
+def with_rises(
+    found: Candidates,
+    crests: Crests,
+    passage: Passage,
+    b: np.ndarray,
+    audible: float,
+    seconds: float,
+) -> Candidates:
+    """Change the log-odds by rises in one octave, and add impacts that only these show."""
+    h = np.concatenate(passage.rises)
+    silent = np.concatenate(passage.silent)
+    known = np.concatenate(passage.known)
+    if silent.any():
+        known &= ~greatest_within(silent, BESIDE_SILENCE)
+    beside = nearest_group(found.frame, len(b))
+    bands, crest = greatest_within(b, 2), high_crests(h, seconds)
+    vague = bands[beside] >= FEEBLE
+    loud = np.append(crests.place[crests.height > audible], -1)
+    vague[vague] = loud[np.searchsorted(loud[:-1], found.frame[vague])] != found.frame[vague]
+    frame, moved, kept = settled(found.frame, found.odds, vague, h, crest, known, seconds)
+    if moved.any():
+        spread = np.where(moved, SPREAD, found.spread)
+        found = found._replace(frame=frame, coarse=found.coarse & ~moved, spread=spread)
+        order = np.flatnonzero(kept)[np.argsort(frame[kept], kind="stable")]
+        found = Candidates(*(column[order] for column in found))
+    odds, own = by_octave(found.frame, found.odds, h, crest, bands, known, seconds)
+    own = Own(*(column[own.odds > HOPELESS] for column in own))
+    if not len(own.frame):
+        return found._replace(odds=odds)
+    rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
+    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
+    by_all = odds
+    odds, own = one_of_each(found.frame, by_all, own, ALONE / seconds)
+    spread = np.full(len(own.frame), SPREAD)
+    found = found._replace(odds=odds, narrow=found.narrow | (odds > by_all))
+    return with_others(found, own.frame, spread, own.odds)
 
 
 def settled(
@@ -141,7 +183,7 @@ def by_octave(
     told = known[beside]
     evident = (odds > EVIDENT) & ((here > CLEARLY) | ~told)
     turned = turned_odds(odds, here, bands[beside], rate_of_others(evident, duration))
-    out = np.where(told & (odds > HOPELESS), turned, odds)
+    out = np.where(told & (odds > STAYS), turned, odds)
     place = STEP * crest
     at = nearest_group(place, len(bands))
     likely = frame[odds > 0.0]
@@ -170,7 +212,7 @@ def one_of_each(
     best = np.empty(len(own.frame), np.int64)
     greatest_between(odds, first, last, best)
     alone = best < 0
-    alone[~alone] = odds[best[~alone]] <= HOPELESS
+    alone[~alone] = odds[best[~alone]] <= STAYS
     odds = odds.copy()
     np.maximum.at(odds, best[~alone], own.odds[~alone])
     return odds, Own(own.frame[alone], own.odds[alone])

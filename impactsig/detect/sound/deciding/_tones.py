@@ -11,7 +11,8 @@ rise, an impact does not, nor does its power in the rising bands grow by more th
 hour, and swelling noise, with n crests of 10 to 20 a second, more than 20. B is the greatest within
 two frames, G_1/2 the median of G and B_max the greatest B within a second: in varying sound, single
 bands sometimes rise. An impact lies 1.6 ms before its crest of G, with an error of 2 ms, since
-there its sound fills the window.
+there its sound fills the window. It is placed at a crest of C of at least a within 6 ms of that
+place, if there is one, and replaces all less likely candidates from 12 ms before to 20 ms after it.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
 octaves show no impact.
@@ -21,7 +22,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import ranked
+from .._kernels import GROUP
+from .._nearby import greatest_within, nearest_group, ranked, separate_crests
+from .._nearby_kernels import greatest_between
+from .._survey import Passage
+from .candidates import Candidates, with_others
+from .crests import LATER, LEAST_OCTAVES, NEARBY, SOONER, Crests
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
 OFFSET = 12.1
@@ -29,9 +35,51 @@ LEAST_MEDIAN, LEAST_LOUD = 5.0, 0.15
 NOISE = 24.0  # G that noise reaches once in a hundred hours
 FAINTEST = 20.0  # G, below which the odds are hopeless
 SWELLING, PER_CREST, MOST_CRESTS = 10.0, 2.0, 5.0  # G that few noises reach; more for each, at most
-LATER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
+AFTER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
 GROWS_ON = 0.6  # [neper], more than bands of an impact go on to rise by
+APART = 25e-3  # [s], crests of G
 BEFORE, SPREAD = 1.6e-3, 2e-3  # [s], of the impact before the crest of G
+
+
+def with_tones(
+    found: Candidates,
+    crests: Crests,
+    passage: Passage,
+    b: np.ndarray,
+    audible: float,
+    seconds: float,
+) -> Candidates:
+    """Add low tones to the candidates where no candidate is as probable.
+
+    A low tone replaces all less likely candidates near it.
+    """
+    per = GROUP * seconds
+    g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
+    crest = separate_crests(g, round(APART / per))
+    crest = crest[g[crest] > SWELLING]
+    growth = growth_near(passage, b, GROUP * crest)
+    crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(NEARBY / per))
+    frame, odds = found.frame, found.odds.copy()
+    middle = GROUP * crest
+    first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
+    best = np.empty(len(crest), np.int64)
+    greatest_between(odds, first, last, best)
+    beside = np.full(len(crest), -np.inf)
+    beside[best >= 0] = odds[best[best >= 0]]
+    heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    if not len(heard):
+        return found
+    near = middle[heard] - BEFORE / seconds
+    first_near, last_near = np.searchsorted(
+        crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
+    )
+    onset, off = likeliest_onset(crests, audible, near, first_near, last_near, seconds)
+    clear = onset >= 0
+    for k in heard:
+        odds[first[k] : last[k]] = -np.inf
+    place = np.maximum(near, 0).astype(np.int64)
+    place[clear] = crests.place[onset[clear]]
+    return with_others(found._replace(odds=odds), place, off, tones[heard])
 
 
 def tone_odds(
@@ -59,10 +107,54 @@ def tone_odds(
     loud = np.maximum.reduceat(
         np.append(b, -np.inf), np.stack((first, first + size), axis=1).ravel()
     )[::2]
-    later = g[np.minimum(crest + round(LATER * reach), len(g) - 1)] / g[crest]
+    later = g[np.minimum(crest + round(AFTER * reach), len(g) - 1)] / g[crest]
     with np.errstate(divide="ignore"):
         odds = ln_g * np.log(g[crest]) + ln_b * np.log(b[crest]) + OFFSET
     odds -= ln_median * np.log(median + LEAST_MEDIAN)
     odds -= ln_loud * np.log(np.maximum(loud, LEAST_LOUD))
     odds -= SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
     return crest, np.minimum(odds, g[crest] - NOISE - swells)
+
+
+def likeliest_onset(
+    crests: Crests,
+    audible: float,
+    near: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    seconds: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Index of the crest of C at which each low tone begins, -1 if none is audible; its error [s].
+
+    Crests from `first` to before `last` are as likely as they are high, and as a normal
+    distribution about `near`; no crest is as likely as one of LEAST_OCTAVES there.
+    """
+    most, best = np.zeros(len(near)), np.full(len(near), -1)
+    beside = []
+    for k in range(int((last - first).max(initial=0))):
+        at = np.minimum(first + k, len(crests.place) - 1)
+        counts = (first + k < last) & (crests.height[at] >= audible)
+        place = seconds * crests.place[at]
+        away = (place - seconds * near) / SPREAD
+        likely = np.where(counts, crests.height[at] * np.exp(-0.5 * away**2), 0.0)
+        best = np.where(likely > most, at, best)
+        most = np.maximum(likely, most)
+        beside.append((likely, place))
+    which = np.where(most >= LEAST_OCTAVES * audible, best, -1)
+    off, middle = np.full(len(near), SPREAD), seconds * np.append(crests.place, 0)[which]
+    squares, total = np.zeros(len(near)), np.zeros(len(near))
+    for likely, place in beside:
+        squares += likely * (place - middle) ** 2
+        total += likely
+    clear = which >= 0
+    off[clear] = np.sqrt(squares[clear] / total[clear])
+    return which, off
+
+
+def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
+    padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
+    place = nearest_group(at, len(b))
+    strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
+    strongest = np.minimum(np.maximum(strongest, 0), len(b) - 1)
+    return np.concatenate(passage.growth)[strongest]

@@ -11,9 +11,10 @@ a rise of 0.33 and more in narrow bands, with H below 60, R below 3 and S above 
     x = 2.2 (R - 0.75 S) - 1.6 S' - 0.9 W + 0.55 ln(1 + H) + 1.5 ln(1 + G) + 0.95 ln(e + 0.03) - 5.4
 
 of being sudden, where W is by how much the rising bands go on to rise within 17 ms, and e the
-evidence from octaves (`decision.py`): an impact raises the power at once, neither before nor after,
-and most in a few bands, whereas sound that swells rises evenly in time and frequency. R is limited
-to -1 and 3, S to -1 and 4, S' to -1 and 2, W to -1 and 3. Beside digital silence x is not asked.
+evidence from octaves (`_octave_evidence.py`): an impact raises the power at once, neither before
+nor after, and most in a few bands, whereas sound that swells rises evenly in time and frequency. R
+is limited to -1 and 3, S to -1 and 4, S' to -1 and 2, W to -1 and 3. Beside digital silence x is
+not asked.
 Swelling noise swells again, but a single gradual onset may be that of an impact: with n others of
 negative x within a second, the log-odds of an impact are at most x + 3 - 1.15 min(n, 4).
 

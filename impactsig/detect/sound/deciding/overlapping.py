@@ -27,7 +27,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .decision import Candidates
+from .candidates import Candidates
 
 FEW, MANY = 14.0, 20.0  # impacts a second that do not overlap, and that do
 LIMITS = -5.0, 6.0  # of x

@@ -9,8 +9,8 @@ the band and its neighbours from 45 to 12 ms before it,
     N = 1/m sum_b max(0, ln(P_b / Q_b))
 
 is what is new. If at least 5 % of the samples from 30 ms before the attack to 15 ms after it are
-beyond 0.8 of the record's limits, and the evidence from octaves is below 0.35 (`decision.py`), the
-log-odds of an impact are at most
+beyond 0.8 of the record's limits, and the evidence from octaves (`_octave_evidence.py`) is below
+0.35, the log-odds of an impact are at most
 
     4 ln((N + 0.02) / 0.07).
 
