@@ -1,4 +1,4 @@
-"""Whether results are the same to the last bit: a hash of each of some sixty short runs.
+"""Whether results are the same to the last bit: a hash of each of 91 short runs.
 
 Every engine, every law of a stop and every question is among them. The hash is of the numbers of
 the result alone, not of its names. What is the same on two versions of the code says that a change

@@ -6,8 +6,8 @@ shared, alike, and nearly so: frequencies, or strengths and phases, that vary a 
 to impact), how many modes it has and how fast they decay, what it stands in (white or 1/f noise,
 hum, a room, 8 bits), the rate and the filter before the sampler. Prints the same as
 `sound_errors` for each choice, over all records that have it. What `detect/sound/_growth.py` and
-`timing/alike.py` assume of them was chosen on seeds 1 to 400 and looked at on 1001 to 1400. Writes
-results/strange_sounds.json.
+`timing/_shift_errors.py` assume of them was chosen on seeds 1 to 400 and looked at on 1001 to 1400.
+Writes results/strange_sounds.json.
 
     python -m benchmarks.strange_sounds --seeds 1:301        # about five minutes
 """

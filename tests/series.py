@@ -99,11 +99,6 @@ def lorenz(count: int, seed: int = 0) -> np.ndarray:
     return _sample(LORENZ, _start(LORENZ, seed), 0.004, 10, count, 1000)
 
 
-def roessler(count: int, seed: int = 0) -> np.ndarray:
-    """x of Rössler's flow every 0.2."""
-    return _sample(ROESSLER, _start(ROESSLER, seed), 0.02, 10, count, 1000)
-
-
 def iterated(
     step: Callable[..., tuple[float, ...]],
     start: Iterable[float],
@@ -139,22 +134,6 @@ def ikeda(count: int, seed: int = 0) -> np.ndarray:
         return 1 + 0.9 * (x * c - y * s), 0.9 * (x * s + y * c)
 
     start = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
-    return iterated(step, start, first, count, 500)
-
-
-def lozi(count: int, seed: int = 0) -> np.ndarray:
-    """x of Lozi's map, a = 1.7, b = 0.5."""
-    start = np.random.default_rng(seed).uniform(-0.1, 0.1, 2)
-    return iterated(lambda x, y: (1 - 1.7 * abs(x) + y, 0.5 * x), start, first, count, 500)
-
-
-def tinkerbell(count: int, seed: int = 0) -> np.ndarray:
-    """x of the tinkerbell map, (a, b, c, d) = (0.9, -0.6013, 2, 0.5)."""
-
-    def step(x: float, y: float) -> tuple[float, float]:
-        return x * x - y * y + 0.9 * x - 0.6013 * y, 2 * x * y + 2 * x + 0.5 * y
-
-    start = np.array([-0.72, -0.64]) + np.random.default_rng(seed).uniform(-0.01, 0.01, 2)
     return iterated(step, start, first, count, 500)
 
 

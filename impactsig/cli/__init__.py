@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     chosen, unknown = parser().parse_known_args(with_negative_numbers(words))
     if unknown:
-        chosen.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+        chosen.parser.refuse(unknown)
     run: Callable[[argparse.Namespace], None] = chosen.run
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A channel may be named in letters that the terminal's encoding does not have.

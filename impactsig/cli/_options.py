@@ -45,6 +45,17 @@ class Parser(argparse.ArgumentParser):
         """Print the message and exit with code 2."""
         self.exit(2, f"error: {message} (see: {self.prog} --help)\n")
 
+    def refuse(self, unknown: Sequence[str]) -> NoReturn:
+        """Refuse words that the command does not know, with the option that was perhaps meant."""
+        from difflib import get_close_matches
+
+        message = f"unrecognized arguments: {' '.join(unknown)}"
+        for word in (word.split("=")[0] for word in unknown if word.startswith("--")):
+            begun = [option for option in self._option_string_actions if option.startswith(word)]
+            if meant := begun or get_close_matches(word, self._option_string_actions, 1, 0.75):
+                message += f"; did you mean {meant[0]}?"
+        self.error(message)
+
 
 def file_options() -> Parser:
     """Options for files that lack a rate or a header."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .._arguments import PER_CHANNEL
 from ..errors import InvalidInput
 from ..recording import Recording
+from .signal.source import no_channel_chosen
 
 if TYPE_CHECKING:
     from ..impacts import Impacts
@@ -69,12 +70,5 @@ def open_recording(file: FileInfo, **reading: Any) -> Recording | Blocks:
     opened = read if longest <= WHOLE_BELOW else read_blocks
     source = opened(file.path, **reading)
     if len(source.channels) > 1:
-        listed = ", ".join(f"{i}: {channel.name!r}" for i, channel in enumerate(file.channels))
-        raise InvalidInput(
-            "channel",
-            None,
-            f"one of {listed}",
-            "Impacts are detected in one channel: give channel= (--channel), or several where "
-            "they are sensors of one machine",
-        )
+        raise no_channel_chosen([channel.name for channel in file.channels])
     return source

@@ -77,6 +77,11 @@ def interval_histogram(
         Number of equal bins from the least to the greatest interval, or their edges [s]; intervals
         outside the edges are left out.
 
+    Returns
+    -------
+    IntervalHistogram
+        `density` p(I) [1/s] and `count`, shape (bins,), with the `edges` [s], shape (bins + 1,).
+
     Raises
     ------
     InvalidInput

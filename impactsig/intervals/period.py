@@ -98,6 +98,12 @@ def identify_period(
         that differ by less count as equal. This prevents hum in the signal from being identified as
         a doubled period.
 
+    Returns
+    -------
+    Periodicity
+        The `kind` of motion with the `probability` of each kind; m (`impacts`), n (`periods`),
+        `phases`, `jitter` [s] and drift of the period.
+
     Raises
     ------
     InvalidInput

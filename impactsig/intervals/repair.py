@@ -150,6 +150,12 @@ def repair_intervals(intervals: Intervals, forcing_period: float) -> Repair:
     forcing_period : float
         Period of the forcing [s], accurate to 0.1 %.
 
+    Returns
+    -------
+    Repair
+        The repaired `intervals` [s], the repaired train if `intervals` is one, and the list of
+        edits (`splits`, `joins`).
+
     Raises
     ------
     InvalidInput

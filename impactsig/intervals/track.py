@@ -122,6 +122,12 @@ def track_period(
     window : int
         Number of impacts in a window. A motion that lasts for fewer impacts is not detected.
 
+    Returns
+    -------
+    PeriodTrack
+        Probabilities of the kinds in each window, shape (k, 6), the instants of `changes` [s] and
+        the `stretches` between them.
+
     Raises
     ------
     InvalidInput

@@ -18,6 +18,11 @@ def coefficient_of_variation(intervals: Intervals) -> float:
     intervals : array_like, shape (n,), or Impacts
         Interspike intervals [s], two or more.
 
+    Returns
+    -------
+    float
+        CV, without a unit: 0 for equal intervals, 1 for a long Poisson process.
+
     Raises
     ------
     InvalidInput
@@ -48,6 +53,11 @@ def cv2(intervals: Intervals) -> float:
     intervals : array_like, shape (n,), or Impacts
         Interspike intervals [s], two or more; of `Impacts`, pairs across a gap are left out.
 
+    Returns
+    -------
+    float
+        CV2, from 0 (equal intervals) to 2; 1 for a long Poisson process.
+
     Raises
     ------
     InvalidInput
@@ -73,6 +83,11 @@ def local_variation(intervals: Intervals) -> float:
     ----------
     intervals : array_like, shape (n,), or Impacts
         Interspike intervals [s], two or more; of `Impacts`, pairs across a gap are left out.
+
+    Returns
+    -------
+    float
+        LV, from 0 (equal intervals) to 3; 1 for a long Poisson process.
 
     Raises
     ------

@@ -74,9 +74,10 @@ def prepare(
         chosen = signals[channels[0]]
         in_file = source.signals[channels[0]].rate
         if rate is not None and in_file is not None and abs(rate - in_file) > DOUBTFUL * in_file:
+            of = f" for {chosen.name!r}" if chosen.name else ""
             _warn(
-                f"{path}: the file gives a rate of {in_file:g} Hz for {chosen.name!r}; "
-                f"rate={rate:g} Hz is taken instead"
+                f"{path}: the file gives a rate of {in_file:g} Hz{of}; rate={rate:g} Hz is taken "
+                "instead"
             )
         if chosen.length == 0:
             raise UnreadableFile(path, f"channel {chosen.name!r} contains no samples")

@@ -112,6 +112,11 @@ def lorenz(sigma: float = 10.0, rho: float = 28.0, beta: float = 8 / 3) -> Flow:
         Parameters of the equations: Prandtl number, relative Rayleigh number, and a geometric
         factor.
 
+    Returns
+    -------
+    Flow
+        The flow, with the coordinates x, y and z (no units) and a state to start from as `initial`.
+
     See Also
     --------
     impactsig.flows.rossler, impactsig.Flow
@@ -144,6 +149,11 @@ def rossler(a: float = 0.2, b: float = 0.2, c: float = 5.7) -> Flow:
     ----------
     a, b, c : float
         Parameters of the equations.
+
+    Returns
+    -------
+    Flow
+        The flow, with the coordinates x, y and z (no units) and a state to start from as `initial`.
 
     See Also
     --------

@@ -73,6 +73,11 @@ def karpodinis(
     restitution : float
         Restitution coefficient.
 
+    Returns
+    -------
+    Oscillator
+        The first mode, in units of the gap and of 1/omega_n; `time_unit` converts to seconds.
+
     Raises
     ------
     InvalidInput
@@ -166,6 +171,11 @@ def okolewski(
     **changes
         Other parameters of `Oscillator`, to depart from the paper.
 
+    Returns
+    -------
+    Oscillator
+        The mass, in the dimensionless units of the paper.
+
     Raises
     ------
     InvalidInput
@@ -243,6 +253,11 @@ def tian(
         Damping of the soft stop (zeta_1 in the paper), from the same optimum;
         `KelvinVoigt.equivalent` gives 10.3325.
 
+    Returns
+    -------
+    Oscillator
+        The mass, in the dimensionless units of the paper.
+
     Raises
     ------
     InvalidInput
@@ -313,6 +328,11 @@ def begley_virgin(
     kinetic_ratio : float
         Ratio of kinetic to static friction, at most 1 (alpha_k in the paper). 1 is our choice.
 
+    Returns
+    -------
+    Oscillator
+        The mass, in the dimensionless units of the paper.
+
     Raises
     ------
     InvalidInput
@@ -377,6 +397,11 @@ def van_der_pol_duffing(
         Small parameter that scales damping, friction and noise.
     c1, c2 : float
         Gain at small, and loss at large displacements.
+
+    Returns
+    -------
+    Oscillator
+        The oscillator, in the dimensionless units of the paper, with its noise.
 
     Raises
     ------
@@ -475,6 +500,11 @@ def cantilever(
         changed.
     **changes
         Other parameters of `Oscillator`, such as a soft stop.
+
+    Returns
+    -------
+    Oscillator
+        The first mode, in SI units.
 
     Raises
     ------

@@ -36,6 +36,11 @@ def mutual_information(x: Any, y: Any, *, neighbors: int = NEIGHBORS) -> float:
     neighbors : int
         k; more neighbours reduce the scatter and the resolution.
 
+    Returns
+    -------
+    float
+        I [nat], which may be slightly negative for independent series.
+
     Raises
     ------
     InvalidInput

@@ -98,6 +98,11 @@ def ordinal_patterns(x: Any, order: int = 3, delay: int = 1) -> OrdinalPatterns:
     delay : int
         Steps from one value to the next.
 
+    Returns
+    -------
+    OrdinalPatterns
+        `counts` of the `patterns`, shape (order!,), and the permutation entropy [nat].
+
     Raises
     ------
     InvalidInput

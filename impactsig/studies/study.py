@@ -135,6 +135,11 @@ def open_study(directory: Any) -> Study:
     directory : path-like
         The directory that was given to `sweep`.
 
+    Returns
+    -------
+    Study
+        The study; cells that have not been evaluated are False in `done`.
+
     Raises
     ------
     UnreadableFile

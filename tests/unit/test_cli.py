@@ -132,6 +132,16 @@ def test_an_unknown_option_names_the_command_that_lacks_it(words, command, capsy
     assert told == f"error: unrecognized arguments: {unknown} (see: {command} --help)\n"
 
 
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [("--treshold=3", "--threshold"), ("--forcing", "--forcing-frequency"), ("--Rate", "--rate")],
+)
+def test_an_option_that_is_misspelt_or_cut_short_is_told_the_one_meant(given, meant, capsys):
+    assert run("report", "x.wav", given) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"error: unrecognized arguments: {given}; did you mean {meant}? (see: ")
+
+
 @pytest.mark.usefixtures("without_figures")
 def test_report_says_what_was_found_and_where_it_stands(recording, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -16,16 +16,16 @@ from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._attacks import shifted
 from impactsig.detect.sound._scale import scale_at, sound_lengths
 from impactsig.detect.sound.sound import detect_sound, distinct
-from impactsig.detect.sound.timing import alike
+from impactsig.detect.sound.timing import _waveform
 from impactsig.detect.sound.timing._alike_kernels import (
     ROWS,
-    TAPS,
     fit_shift,
     likeliest,
     mean_wave,
     respond,
     shift_wave,
 )
+from impactsig.detect.sound.timing._filter_kernels import TAPS
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
@@ -332,7 +332,7 @@ def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
         read.append((first.min(), first.max() + len(wave) + 2 * TAPS - 1))
         return mean_wave(sounds, shift, factor, start, wave)
 
-    monkeypatch.setattr(alike, "mean_wave", reading)
+    monkeypatch.setattr(_waveform, "mean_wave", reading)
     overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
     overlay.add(sounds, np.full(100, 0.3))
     shift = overlay.timing()[0]

@@ -1,4 +1,4 @@
-"""Every public function has an example that runs as printed, and says what is related to it."""
+"""Every public function has an example that runs, and says what it returns and what is related."""
 
 from __future__ import annotations
 
@@ -45,6 +45,17 @@ def test_every_public_function_has_an_example_and_what_to_see_also():
     assert len(names) > 200
     assert [name for name in names if not example(name).examples] == []
     assert [name for name in names if not section(name, "See Also")] == []
+
+
+def test_every_public_function_says_what_it_returns():
+    """Figures return the Axes, as their module says; a class returns itself."""
+    without = [
+        name
+        for name, value in public().items()
+        if not inspect.isclass(value) and not name.startswith("plot.")
+        if not section(name, "(?:Returns|Yields)")
+    ]
+    assert without == []
 
 
 def test_no_example_is_skipped():

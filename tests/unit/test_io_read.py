@@ -205,6 +205,9 @@ def test_a_rate_that_contradicts_the_file_is_taken_with_a_warning(tmp_path, read
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert read(path, rate=50_001).rate == 50_001.0
+    soundfile.write(str(path), X[:, 0], 50_000)
+    with pytest.warns(ImpactsigWarning, match="a rate of 50000 Hz; rate=10 Hz is taken instead"):
+        read(path, rate=10)
 
 
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="names are Unicode there")

@@ -20,7 +20,7 @@ from impactsig.detect.sound._attack_kernels import (
     variance_change,
 )
 from impactsig.detect.sound._growth import VARIED, Growth, spread_of
-from impactsig.detect.sound.timing.alike import ATTACKS, _beyond
+from impactsig.detect.sound.timing._shift_errors import ATTACKS, beyond
 
 # Seeds that nothing was chosen on.
 
@@ -200,7 +200,7 @@ def test_phases_that_vary_by_less_than_attacks_show_are_allowed_for():
 def test_what_shifts_have_beyond_attacks_whose_errors_are_not_exact(total):
     attacks = np.linspace(ATTACKS, 1.0, 10_001)
     expected = np.mean(np.maximum(total - attacks, 0.0))
-    assert _beyond(2.0 * total, 2.0) == pytest.approx(2.0 * expected, rel=1e-3)
+    assert beyond(2.0 * total, 2.0) == pytest.approx(2.0 * expected, rel=1e-3)
 
 
 def test_growth_of_the_mean_power_limits_attacks():

@@ -18,7 +18,7 @@ UNBOUND = 1e-12
 def factor_damped(normal, damping, added, low):
     """Put the factors of the damped equations into `low`; False if they are not positive definite.
 
-    `low` says how many parameters there are; `added` is UNBOUND, or 0.
+    `low` says how many parameters there are; `added` goes to the diagonal, UNBOUND for instance.
     """
     for i in range(len(low)):
         for j in range(i):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -147,13 +147,16 @@ def _one_channel(block: Recording, channel: str | int | None) -> np.ndarray:
         block = block.channel(channel)
     if block.samples.ndim == 2:
         if block.samples.shape[1] > 1:
-            listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(block.channels))
-            raise InvalidInput(
-                "channel",
-                None,
-                f"one of {listed}",
-                "Impacts are detected in one channel; give a list of channels if they are sensors "
-                "of one machine",
-            )
+            raise no_channel_chosen(block.channels)
         block = block.channel(0)
     return np.ascontiguousarray(block.samples)
+
+
+def no_channel_chosen(names: Sequence[str]) -> InvalidInput:
+    """The error where a source has channels of these names and none was chosen."""
+    listed = ", ".join(f"{i}: {name!r}" for i, name in enumerate(names))
+    return InvalidInput(
+        "channel", None, f"one of {listed}",
+        "Impacts are detected in one channel: give channel= (--channel), or several where they are "
+        "sensors of one machine",
+    )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 from ...errors import InvalidInput
 from ._kernels import Scale
-from .timing.alike import Lengths, lengths_at
+from .timing.laying import Lengths, lengths_at
 
 LONGEST_HOP = 0.5e-3  # [s]
 FORWARD = 4e-3  # [s]

@@ -192,6 +192,12 @@ def equivalence_error(
     samples : ContactSamples, optional
         The contacts; by default ``ContactSamples.draw(seed=0)``, 1000 of them.
 
+    Returns
+    -------
+    EquivalenceError
+        e_g (`value`), with the errors of the velocity, e_1, and of the contact time, e_2, of each
+        contact.
+
     Raises
     ------
     InvalidInput

@@ -33,6 +33,12 @@ def strobe_distance(first: np.ndarray, second: np.ndarray) -> float:
         Displacement and velocity, ``np.column_stack(motion.stroboscopic())``; the same number of
         points in both.
 
+    Returns
+    -------
+    float
+        e_c, the mean of sqrt((x_1 - x_2)^2 + (v_1 - v_2)^2) over the points so sorted, in the units
+        of the sets.
+
     Raises
     ------
     InvalidInput
@@ -145,6 +151,12 @@ def match_rate(
         Cells with a smaller distance match; 0.1 in the paper.
     workers : int, optional
         Number of threads, by default the number of cores. The result does not depend on it.
+
+    Returns
+    -------
+    MatchRate
+        `rate`, the share of the cells that match, and the `distance` e_c of each, shape (len(y),
+        len(x)).
 
     Raises
     ------

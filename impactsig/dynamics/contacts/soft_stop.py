@@ -94,6 +94,11 @@ def fit_soft_stop(
     evaluations : int
         Greatest number of evaluations of e_g.
 
+    Returns
+    -------
+    SoftStopFit
+        The `stop`, its `error`, and whether the search `converged` or ended at a bound (`at_edge`).
+
     Raises
     ------
     InvalidInput

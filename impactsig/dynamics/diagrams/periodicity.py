@@ -79,6 +79,11 @@ def orbit_period(
     phase : float
         Phase of the strobe [rad].
 
+    Returns
+    -------
+    OrbitPeriod
+        n (`periods`) and m (`impacts`), None where the motion does not return, and the `residual`.
+
     Raises
     ------
     InvalidInput

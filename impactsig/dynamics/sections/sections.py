@@ -91,6 +91,12 @@ def impact_map(motion: Motion | BeamMotion | Any, stop: int | None = None) -> Se
     stop : int, optional
         Index of a stop in `Oscillator.stops`; by default impacts at all stops are included.
 
+    Returns
+    -------
+    Section
+        The impacts in order of time: `time` [s], `phase` [rad], approach `velocity` and index of
+        the `stop`, shape (n,).
+
     Raises
     ------
     InvalidInput
@@ -172,6 +178,12 @@ def displacement_section(
         Displacement of the section, relative to the base if the stops move with it.
     direction : {"up", "down", "both"}
         Direction of the crossings.
+
+    Returns
+    -------
+    Section
+        The crossings in order of time: `time` [s], `phase` [rad] and `velocity`, shape (n,); `stop`
+        is -1.
 
     Raises
     ------

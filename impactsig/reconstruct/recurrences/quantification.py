@@ -137,6 +137,12 @@ def recurrence_quantification(
     workers : int, optional
         Number of threads, by default the number of cores. The result does not depend on it.
 
+    Returns
+    -------
+    RecurrenceQuantification
+        RR, DET, L, L_max, ENTR, LAM, TT and V_max (lengths in vectors), with the numbers of lines
+        of each length, P and Q, shape (N + 1,).
+
     Raises
     ------
     InvalidInput

@@ -87,6 +87,11 @@ def recurrence_plot(
     workers : int, optional
         Number of threads, by default the number of cores. The result does not depend on it.
 
+    Returns
+    -------
+    RecurrencePlot
+        The `matrix` R, bool of shape (N, N) for N vectors, and the `radius`.
+
     Raises
     ------
     InvalidInput

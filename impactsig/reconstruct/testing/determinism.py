@@ -92,6 +92,11 @@ def return_map_determinism(
     seed : int, SeedSequence or Generator, optional
         The same seed gives the same result; a Generator is advanced.
 
+    Returns
+    -------
+    ReturnMapDeterminism
+        `explained`, the same of the shuffled series, shape (count,), and the `p_value`.
+
     Raises
     ------
     InvalidInput

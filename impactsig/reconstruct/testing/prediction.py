@@ -113,6 +113,11 @@ def prediction_error(
     predictor : {"constant", "linear"}
         The mean of the neighbours' futures, or the plane fitted to them.
 
+    Returns
+    -------
+    PredictionError
+        E(h) (`error`) for each `horizon`, shape (h,), with the settings that were used.
+
     Raises
     ------
     InvalidInput
@@ -185,6 +190,11 @@ def time_reversal_asymmetry(x: Any, delay: int = 1) -> float:
         A series in the order of time; of impacts, their interspike intervals [s].
     delay : int
         Number of steps from one value to the other.
+
+    Returns
+    -------
+    float
+        The skewness, without a unit; positive if rises are steeper than falls.
 
     Raises
     ------

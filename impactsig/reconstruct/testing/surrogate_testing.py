@@ -167,6 +167,11 @@ def surrogate_test(
     seed : int, SeedSequence or Generator, optional
         The same seed gives the same result; a Generator is advanced.
 
+    Returns
+    -------
+    SurrogateTest
+        `p_value`, with the `statistic` of the data and those of the surrogates, shape (count,).
+
     Raises
     ------
     InvalidInput

@@ -106,6 +106,11 @@ def surrogates(
         The same seed gives the same result; a Generator is advanced. The first surrogates are the
         same whatever `count` is.
 
+    Returns
+    -------
+    Surrogates
+        The `values`, shape (count, n), in the unit of `x`, with the settings of the process.
+
     Raises
     ------
     InvalidInput

@@ -61,7 +61,7 @@ def note(events, count, clock, state, kind, k, approach):
 
 
 @kernel
-def hold(p, clock, state, count, events, k):
+def hold(clock, state, count, events, k):
     """Stick, to the rigid stop k or by friction alone (-1)."""
     state[V] = 0.0
     state[STEP] = 0.0

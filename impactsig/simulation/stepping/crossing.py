@@ -65,7 +65,7 @@ def enter(events, n, at, of_q, of_v, kind, k):
 
 
 @kernel
-def starts(p, leg, s, y, a, rate):
+def starts(leg, s, y, a, rate):
     """Order and value of the first nonzero derivative of position of a mass at rest.
 
     What is no more than the rounding of the forces, and of their derivatives, is 0. The order is 0
@@ -117,7 +117,7 @@ def zeros_at_start(p, f, leg, s, row, y, v, a, balanced):
     if row[MEANING] == REST and v == 0.0:
         return 2 if balanced else 1
     if v == 0.0 and not balanced and p.stops[int(row[OF_STOP]), LAW] != RIGID:
-        order, way = starts(p, leg, s, y, a, jerk(p, f, leg, s, y))
+        order, way = starts(leg, s, y, a, jerk(p, f, leg, s, y))
         if order == 0:  # of a law, and of control, further derivatives are not known
             return 3 if p.forced or f.control is not None else STILL
         if row[BY_V] != 0.0:  # a force by the velocity falls one derivative sooner
@@ -155,7 +155,7 @@ def event_root(s, row, zeros):
 
 
 @kernel
-def earliest(p, tab, f, leg, s, number, step, y, v, dq, dv):
+def earliest(tab, f, leg, s, number, step, y, v, dq, dv):
     """The event that comes first on the interpolant of a step, and its share of the step."""
     due, at = -1, 2.0
     if number > 0:
@@ -206,7 +206,7 @@ def passed(s, number, dq, dv):
 
 
 @kernel
-def halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv):
+def halve(f, leg, s, number, step, y, v, a, dq, dv):
     """The method of the thesis: halve steps that pass an event, down to the tolerance.
 
     Returns the event (-1: none was passed), and the sum of those halves and of what they gain.

@@ -76,7 +76,7 @@ def error(p, rate, tab, s, h, y, v, dv, speed):
 
 
 @kernel
-def first_step(p, leg, y):
+def first_step(p, leg):
     """Initial step size; the error estimate corrects it."""
     if leg.hertz > 0:
         # depth^n is not smooth where contact begins.
@@ -95,7 +95,7 @@ def stride(p, tab, f, leg, s, wish, end, y, v, a, speed):
         h = min(p.fixed, end)
         dq, dv = take(p.fixed, tab, f, leg, s, h, y, v, a)
         return h if math.isfinite(dq) and math.isfinite(dv) else 0.0, dq, dv, p.fixed, 1
-    h = wish if wish > 0 else first_step(p, leg, y)
+    h = wish if wish > 0 else first_step(p, leg)
     # A jump of the force costs an error of the step's length, so that shorter ones gain nothing.
     least = 1e-3 * p.tolerance / leg.rate
     grow = 6.0

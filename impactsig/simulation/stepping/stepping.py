@@ -98,7 +98,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                 if way == 2:
                     return BROKEN
                 if way == 0:
-                    hold(p, clock, state, count, events, k)
+                    hold(clock, state, count, events, k)
                     continue
                 if p.static > 0:
                     slide(count, way)
@@ -119,9 +119,9 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
             if step == 0.0:
                 return BROKEN if p.forced else DIVERGED
             if p.fixed > 0:
-                due, step, dq, dv = halve(p, tab, f, leg, s, number, step, y, v, a, dq, dv)
+                due, step, dq, dv = halve(f, leg, s, number, step, y, v, a, dq, dv)
             else:
-                due, at = earliest(p, tab, f, leg, s, number, step, y, v, dq, dv)
+                due, at = earliest(tab, f, leg, s, number, step, y, v, dq, dv)
                 if due >= 0:
                     step, dq, dv = polish(
                         p, tab, f, leg, s, s.events[due], at * step, step, y, v, a
@@ -153,7 +153,7 @@ def run(p, tab, f, s, clock, state, count, events, end_turns, end_phase, most_st
                 set_clock(clock, end_turns, end_phase)
             else:
                 pass_time(clock, left)
-            hold(p, clock, state, count, events, int(s.events[due, OF_STOP]))
+            hold(clock, state, count, events, int(s.events[due, OF_STOP]))
 
 
 @kernel

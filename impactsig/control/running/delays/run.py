@@ -144,7 +144,7 @@ def run(
                 if way == 0:
                     count[LAPS] = laps[0]
                     count[REGION], count[EDGE] = region, edge
-                    hold(p, clock, state, count, events, k)
+                    hold(clock, state, count, events, k)
                     continue
                 if p.static > 0:
                     slide(count, way)
@@ -195,4 +195,4 @@ def run(
             rest_row(fb, line, past, room, series, region, count, clock, left, p.stops[k, PLACE])
             pass_time(clock, left)
             count[LAPS] = laps[0]
-            hold(p, clock, state, count, events, k)
+            hold(clock, state, count, events, k)

@@ -16,7 +16,8 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import centre_of
-from .._small_matrices import factor, invert, solve
+from .._damped_step import damped_step, factor_damped, more_damped
+from .._small_matrices import invert
 from ..edges import FIT
 from ..fit_errors import CLEAR, FROM, NOISE, TO, ZERO
 from ._common_rest import EXACT, LEAST, MEAN_SLOPE
@@ -50,6 +51,8 @@ ROUNDS, STAYS, STEPS = 10, 0.05, 3
 """Of fits to the mean pulse, until instants stay [errors]; steps in each."""
 FREE, LEAST_SPREAD = 0.5, 5e-4
 """Standard deviation of ln w, before it is known, and no less is it taken to be."""
+FIRST_DAMPING, FLOOR = 1e-3, 1e-300
+"""Of steps, which begin near; on the diagonal, where samples say nothing of a parameter."""
 SCAN = 24.0
 """Steps in a width in which the place of a faint pulse is looked for."""
 
@@ -121,8 +124,11 @@ def _is_above(x, origin, kept, i, step, level, limit):
 
 
 @kernel
-def _normal_at(p, one, kept, x, origin, mean, normal):
-    """Sum of squares of noise that the mean pulse at `p` leaves; normal equations (3 x 4)."""
+def _normal_at(p, one, kept, x, origin, mean, about, spread, normal):
+    """Sum of squares of noise that the mean pulse at `p` leaves, and the same with the prior.
+
+    Fills the normal equations (3 x 4), which have the prior of ln w.
+    """
     for m in range(3):
         for n in range(4):
             normal[m, n] = 0.0
@@ -146,7 +152,10 @@ def _normal_at(p, one, kept, x, origin, mean, normal):
         normal[0, 3] += over * f * e
         normal[1, 3] += over * j1 * e
         normal[2, 3] += over * j2 * e
-    return misfit
+    off = (about - p[2]) / spread
+    normal[2, 2] += spread**-2.0
+    normal[2, 3] += off / spread
+    return misfit, misfit + off * off
 
 
 @allocating
@@ -159,39 +168,22 @@ def fit_to(laid, rows, x, origin, mean, about, spread, steps):
         one = laid.known[i]
         kept = rows[int(one[ONE]), FIT:]
         p[0], p[1], p[2] = one[AMPLITUDE], one[PLACE], one[WIDTH]
-        misfit = _normal_at(p, one, kept, x, origin, mean, here)
-        cost, damping = misfit + ((p[2] - about) / spread) ** 2, 1e-3
+        misfit, cost = _normal_at(p, one, kept, x, origin, mean, about, spread, here)
+        damping = FIRST_DAMPING
         for _ in range(steps):
-            for m in range(3):
-                for n in range(m):
-                    low[m, n] = here[m, n]
-                low[m, m] = here[m, m] * (1.0 + damping) + 1e-300
-                step[m] = here[m, 3]
-            low[2, 2] += spread**-2.0
-            step[2] -= (p[2] - about) / spread**2
-            if not factor(low):
+            if not damped_step(here, damping, FLOOR, low, step):
                 break
-            solve(low, step)
             width = math.exp(p[2])
             trial[0] = p[0] + min(max(step[0], -0.5 * p[0]), p[0])
             trial[1] = p[1] + min(max(step[1], -0.3 * width), 0.3 * width)
             trial[2] = p[2] + min(max(step[2], -0.3), 0.3)
-            new = _normal_at(trial, one, kept, x, origin, mean, there)
-            new_cost = new + ((trial[2] - about) / spread) ** 2
-            if new_cost < cost:
-                for m in range(3):
-                    p[m] = trial[m]
-                    for n in range(4):
-                        here[m, n] = there[m, n]
-                misfit, cost, damping = new, new_cost, 0.1 * damping
+            left, new = _normal_at(trial, one, kept, x, origin, mean, about, spread, there)
+            if new < cost:
+                p, trial, here, there = trial, p, there, here
+                misfit, cost, damping = left, new, 0.1 * damping
             else:
-                damping = max(10.0 * damping, 0.1)
-        for m in range(3):
-            for n in range(m + 1):
-                low[m, n] = here[m, n]
-            low[m, m] += 1e-12 * here[m, m] + 1e-300
-        low[2, 2] += spread**-2.0
-        if factor(low):
+                damping = more_damped(damping)
+        if factor_damped(here, 1e-12, FLOOR, low):
             invert(low, laid.covariance[i])
         error = math.sqrt(max(laid.covariance[i, 1, 1], 1e-300))
         farthest = max(farthest, abs(p[1] - one[PLACE]) / error)

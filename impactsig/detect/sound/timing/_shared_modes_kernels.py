@@ -9,7 +9,7 @@ import numpy as np
 from ...._compiling.compiled import kernel
 from .._attack_kernels import innovations
 from .._lane_kernels import fused, sum_of_squares
-from ._alike_kernels import add_products, filtered_at, taps_at
+from ._filter_kernels import add_products, filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 8  # places between two samples that a crossing is looked for at
