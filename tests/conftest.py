@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -15,6 +16,11 @@ ROOT = Path(__file__).resolve().parents[1]
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Bytecode is kept, as the kernels beside it are: without it every process that a test starts
+# compiles the package anew, and every worker rewrites the assertions of all tests.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # The same examples in every run of CI; new ones on a developer's machine.
 settings.register_profile("ci", derandomize=True, deadline=None)
 settings.register_profile("here", deadline=None)  # a first call compiles
@@ -23,6 +29,20 @@ if os.environ.get("CI"):
     settings.load_profile("ci")
 
 SHARED = Path(os.environ.get("IMPACTSIG_SHARED_DATA", ROOT.parent / "shared" / "data"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Modules and tests are a million objects and no garbage: leave them out of collections.
+
+    Some libraries collect whenever a file is closed, which took half a second each time.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(scope="session")
@@ -47,6 +67,15 @@ def _no_figure_stays_open():
 
 
 @pytest.fixture
+def little_work(monkeypatch):
+    """Ends sooner what creeps on a stiff stop, or bounces a thousand times in a period."""
+    from impactsig.simulation import run
+
+    monkeypatch.setattr(run, "LEGS_AT_LEAST", 10_000)
+    monkeypatch.setattr(run, "LEGS_PER_PERIOD", 1000)
+
+
+@pytest.fixture
 def counted():
     """Counts the arrays that compiled code allocates and releases."""
     from numba.core.registry import cpu_target
@@ -68,7 +97,6 @@ def ax():
 @pytest.fixture
 def without_figures(monkeypatch):
     """Pages of reports without their figures: to draw them takes most of a page's time."""
-    from impactsig.report import figures, findings, fitted
+    from tests.drawing import leave_out_figures
 
-    for module in (figures, findings, fitted):
-        monkeypatch.setattr(module, "draw_figure", lambda *_: "data:,")
+    leave_out_figures(monkeypatch)

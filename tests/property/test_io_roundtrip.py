@@ -14,7 +14,7 @@ COUNT = 777
 X = np.random.default_rng(4).integers(-30_000, 30_000, (COUNT, 2)).astype(np.int16)
 
 quick = settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 

@@ -110,16 +110,16 @@ def test_contacts_go_by_a_power_of_the_speed(power):
 
 @pytest.mark.parametrize("power", [0.0, -0.2])
 def test_intervals_hold_where_the_law_of_contact_is_not_known(power):
-    """Of 100 drops: at an end of the range of laws, 95 to 97.5 % within 2.5 deviations."""
+    """Of 50 drops: at an end of the range of laws, 95 to 97.5 % within 2.5 deviations."""
     held = 0
-    for k in range(100):
+    for k in range(50):
         rng = np.random.default_rng((2, k))
         truth = rng.uniform(0.55, 0.85)
         time, _ = hertz(truth, int(rng.integers(6, 10)), power)
         time = time + 2e-5 * rng.standard_normal(len(time))
         found = restitution_from_bounces(Impacts(time, time_error=np.full(len(time), 2e-5)))
         held += found.interval[0] <= truth <= found.interval[1]
-    assert 90 <= held <= 100
+    assert held >= 45
 
 
 def test_what_cannot_be_read_is_refused():

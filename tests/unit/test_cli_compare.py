@@ -9,7 +9,7 @@ import soundfile
 from impactsig import Impacts
 from impactsig.simulation.instruments.sensors import LoadCell
 from impactsig.simulation.instruments.synthesis import synthesize
-from tests.command import run
+from tests.command import output_before_error, run
 
 RATE = 50_000
 TOUCH = 0.02 + 0.05 * np.arange(19)
@@ -134,10 +134,7 @@ def test_every_failure_is_one_line(words, told, table, tmp_path, monkeypatch, ca
     (tmp_path / "broken.csv").write_text("time\n0.1\nsoon\n")
     before = sorted(tmp_path.iterdir())
     assert run("compare", *words) == 1
-    err = capsys.readouterr().err
-    assert err.startswith("error: ")
-    assert told in err
-    assert err.count("\n") == 1
+    output_before_error(capsys, told)
     assert sorted(tmp_path.iterdir()) == before
 
 

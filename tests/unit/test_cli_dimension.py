@@ -130,10 +130,7 @@ def test_every_failure_is_one_line(words, told, tmp_path, monkeypatch, capsys):
     Impacts([]).to_csv("empty.csv")
     before = sorted(tmp_path.iterdir())
     assert run(*words) == 1
-    err = capsys.readouterr().err
-    assert err.startswith("error: ")
-    assert told in err
-    assert err.count("\n") == 1
+    command.output_before_error(capsys, told)
     assert sorted(tmp_path.iterdir()) == before
 
 

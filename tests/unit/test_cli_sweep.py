@@ -13,7 +13,7 @@ from impactsig.cli import _observables
 from impactsig.cli import _sweeping as options
 from impactsig.cli._observables import ENDS, OBSERVABLES, Observable, Observing
 from impactsig.simulation.basis.events import STATUS
-from tests.command import run
+from tests.command import output_before_error, run
 
 pytest.importorskip("zarr")
 BRIEF = ["--periods=40", "--transient=20"]
@@ -225,12 +225,7 @@ def test_ranges_that_are_none(text):
 )
 def test_every_failure_is_one_line(words, code, told, tmp_path, capsys):
     assert run("sweep", *words, "--out", tmp_path / "study") == code
-    captured = capsys.readouterr()
-    assert captured.err.startswith("error: ")
-    assert captured.err.count("\n") == 1
-    for word in told:
-        assert word in captured.err
-    assert captured.out == ""
+    assert output_before_error(capsys, *told) == ""
     assert list(tmp_path.iterdir()) == []
 
 
@@ -271,7 +266,4 @@ def test_the_figure_is_written(words, name, magic, chart, tmp_path, monkeypatch,
 )
 def test_what_cannot_be_drawn(words, code, told, chart, capsys):
     assert run("plot", *(chart if word == "CHART" else word for word in words)) == code
-    captured = capsys.readouterr()
-    assert captured.err.startswith("error: ")
-    assert told in captured.err
-    assert captured.err.count("\n") == 1
+    output_before_error(capsys, told)

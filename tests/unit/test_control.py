@@ -176,8 +176,8 @@ def test_a_phase_cut_in_two_is_the_whole_and_the_line_may_grow():
     whole = simulate(Controlled(BEAM, [(20, LOCK)]), periods=260)
     pieces = simulate(Controlled(BEAM, [(20, LOCK), (45.3, LOCK), (200, LOCK)]), periods=260)
     narrow = _delayed.DelayedRun(BEAM, [LOCK], (0.0, 0.0), 0.0, None, 1e-6, rows=64)
-    narrow.to(20, None)
-    narrow.to(260, LOCK)
+    narrow.to(20.0, None)
+    narrow.to(260.0, LOCK)
     assert narrow.number == len(whole._engine.line.laps) > 1000
     assert tuple(narrow.motion()[0].final) == tuple(whole.final)
     time = np.linspace(0, 50, 400) * BEAM.forcing_period

@@ -127,12 +127,12 @@ def test_crests_near_a_span_are_those_that_may_explain_some_of_it_in_three_links
         np.column_stack((np.sort(rng.uniform(100 * k, 100 * (k + 1), 30)), rng.random((30, 3))))
         for k in range(3)
     )
-    width = 4.0
+    width = 4
     link = 0.5 * (width / MATCH + width)
     low, high = 100.0 - 3 * link, 200.0 + 3 * link
     out, doubt = np.empty((90, 4)), np.empty(90)
-    widths = np.array([width, 1000.0])  # no crest is of the second
-    count = near_crests(before, own, after, 100.0, 200.0, widths, out, doubt)
+    widths = np.array([width, 1000])  # no crest is of the second
+    count = near_crests(before, own, after, 100, 200, widths, out, doubt)
     every = np.concatenate((before, own, after))
     expected = every[(every[:, 0] >= low) & (every[:, 0] < high)]
     assert len(own) < len(expected) < len(every)

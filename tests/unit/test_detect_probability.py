@@ -54,6 +54,13 @@ def test_excursions_of_a_sliding_mean_are_those_of_rice(u):
     assert excursions(u) == pytest.approx(u**2 * norm.sf(u), rel=1e-9)
 
 
+def test_the_kernel_is_compiled_for_one_layout():
+    """Columns of a table of crests are not contiguous, and an array of none is."""
+    detect(stationary(605, 6.0, noise=10**-0.5))
+    layouts = {kind.layout for one in probabilities.signatures for kind in one[:3]}
+    assert layouts == {"C"}
+
+
 def test_a_crest_is_likelier_among_impacts_of_about_its_height():
     rng = np.random.default_rng(1)
     faint, noise = np.r_[4.5, noise_crests(rng)], noise_crests(rng)

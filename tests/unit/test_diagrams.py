@@ -26,6 +26,7 @@ from impactsig import (
 )
 from impactsig.dynamics.diagrams.settling.strobing import closing
 from impactsig.plot.systems.diagrams import LABELS
+from tests.cells_device import walls
 
 SHAW_HOLMES = 0.5810258993557  # approach velocity of the 22.1 Hz beam, a root of the closed form
 
@@ -131,10 +132,6 @@ def test_the_number_of_threads_changes_nothing():
     values = np.linspace(3, 4, 7)
     one, two = (bifurcation_diagram(okolewski("hard", 0.6), values, workers=n) for n in (1, 2))
     assert all(np.array_equal(a, b) for a, b in zip(one.strobe, two.strobe, strict=True))
-
-
-def walls(gamma, friction):
-    return scenes.begley_virgin(gamma, 1.5, friction)
 
 
 def test_chart_is_the_same_with_and_without_ending_early():

@@ -372,8 +372,8 @@ def uneven(count, seed):
 
 @pytest.mark.parametrize("delay", [1, 2])
 def test_errors_count_as_often_as_their_vectors_have_neighbours(delay):
-    train = uneven(400, 3)[1]
-    train = replace(train, gaps=[[train.time[200] + 1e-3, train.time[201] - 1e-3]])
+    train = uneven(300, 3)[1]
+    train = replace(train, gaps=[[train.time[150] + 1e-3, train.time[151] - 1e-3]])
     usual = float(np.sqrt(np.mean(train.time_error**2)))
     expected = naive_reconstruct.error_among_pairs(train, delay, usual)
     assert error_among_pairs(train, delay, usual) == pytest.approx(expected, rel=1e-9)

@@ -275,7 +275,10 @@ def test_hum_of_a_generator_that_is_off_its_pace_hides_no_pulse(frequency, conta
 
 @pytest.mark.parametrize("frequency", [48.43, 50.0, 119.616, 121.166, 180.62])
 def test_a_tone_has_no_impacts(frequency):
-    """Of the mains, and beside them, in phases that once looked like an impact near the end."""
+    """Of the mains, and beside them, in phases that once looked like an impact near the end.
+
+    Half a turn further on is the same record of the other sign.
+    """
     t = np.arange(round(10 * RATE)) / RATE
-    for phase in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+    for phase in np.linspace(0, np.pi, 4, endpoint=False):
         assert not len(found_in(np.sin(2 * np.pi * frequency * t + phase)))

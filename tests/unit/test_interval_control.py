@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -44,6 +45,11 @@ def orbits():
 @pytest.fixture(scope="module")
 def turns():
     return {m: find_periodic_orbit(ROSSLER, period=5.88 * m) for m in (1, 2)}
+
+
+@functools.cache
+def soft_orbit(stop, periods):
+    return find_periodic_orbit(SOFT[stop], periods, impacts=1)
 
 
 def differences(orbit, feedback, laps=60):
@@ -148,7 +154,7 @@ def test_at_the_fastest_gain_the_multiplier_is_that_predicted(orbits, periods, p
 
 @pytest.mark.parametrize(("stop", "periods"), [("linear", 1), ("linear", 2), ("hertz", 2)])
 def test_so_it_is_at_soft_stops(stop, periods):
-    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    orbit = soft_orbit(stop, periods)
     feedback = IntervalFeedback.fastest(orbit, limit=0.1)
     predicted = orbit_stability(orbit, feedback).growth
     assert greatest_multiplier(orbit, feedback) == pytest.approx(predicted, rel=0.02)
@@ -197,7 +203,7 @@ def test_the_motion_and_force_are_those_of_the_moved_parameter(orbits):
 @pytest.mark.parametrize("stop", SOFT)
 @pytest.mark.parametrize("periods", [1, 2])
 def test_soft_impacts_have_the_multipliers_of_the_orbit(stop, periods):
-    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    orbit = soft_orbit(stop, periods)
     (linear,), _ = impact_maps_of(orbit, "amplitude")
     found = np.sort(np.linalg.eigvals(linear.matrix))
     assert found == pytest.approx(np.sort(orbit.multipliers), rel=1e-7)
@@ -209,7 +215,7 @@ def test_soft_impacts_have_the_multipliers_of_the_orbit(stop, periods):
 )
 def test_the_decay_at_soft_stops_is_that_predicted(stop, periods, share):
     """A little off the fastest gain, where one multiplier leads."""
-    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    orbit = soft_orbit(stop, periods)
     feedback = IntervalFeedback.fastest(orbit, limit=0.1)
     feedback = replace(feedback, gain=share * feedback.gain)
     predicted = orbit_stability(orbit, feedback).growth
@@ -221,9 +227,9 @@ def test_the_decay_at_soft_stops_is_that_predicted(stop, periods, share):
 
 @pytest.mark.parametrize(("stop", "periods", "limit"), [("linear", 1, 0.1), ("hertz", 2, 0.05)])
 def test_it_locks_soft_impacts_from_chaos(stop, periods, limit):
-    orbit = find_periodic_orbit(SOFT[stop], periods, impacts=1)
+    orbit = soft_orbit(stop, periods)
     feedback = IntervalFeedback.fastest(orbit, limit=limit)
-    motion = simulate(Controlled(SOFT[stop], feedback, start=50), periods=1500)
+    motion = simulate(Controlled(SOFT[stop], feedback, start=50), periods=1000)
     assert str(orbit_period(motion, tolerance=1e-7)) == f"period(1, {periods})"
     assert motion.effort()[1][-20:].max() < 1e-8
 

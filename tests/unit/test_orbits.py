@@ -89,6 +89,7 @@ def test_an_orbit_draws_its_phase_portrait():
     assert ax.lines or ax.collections
 
 
+@pytest.mark.usefixtures("little_work")
 def test_a_motion_that_ends_before_it_can_return_is_refused():
     stop = Stop(1e-300, KelvinVoigt(1e11))  # chatters without loss until the work limit
     pressed = Oscillator(damping=0.1, stiffness=0, forces=(Force(1.0, 0.9),), load=1, stops=(stop,))

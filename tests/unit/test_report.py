@@ -299,6 +299,7 @@ def test_the_page_is_small_and_names_its_input(page, recording):
     assert hashlib.sha256(recording.read_bytes()).hexdigest() in page
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_hash_is_of_the_samples_where_settings_stand_in_another_file(recording, tmp_path):
     signal = read(recording)
     samples, settings = tmp_path / "run.Wfm.csv", tmp_path / "run.csv"

@@ -173,6 +173,7 @@ def test_more_channels_than_a_page_shows(tmp_path):
     assert len(found.overviews) == 1 + choosing.MOST
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_command_says_what_was_taken_for_what(tmp_path, capsys, monkeypatch):
     path = recorded(tmp_path, **{"x_[mm]": "swing", "load_[N]": "load"})
     monkeypatch.chdir(tmp_path)

@@ -71,6 +71,7 @@ def test_other_versions_of_numba_are_told_nothing(monkeypatch):
     assert all(one is other for one, other in zip(before, within, strict=True))
 
 
+@pytest.mark.slow
 def test_what_users_compile_is_compiled_by_numba_alone(call):
     with pytest.raises(ValueError, match="different size"):
         call(filled, np.ones(3), 1, 3)

@@ -208,9 +208,8 @@ class Judge:
         heights = self.events[several, 3]
         n = len(upward)
         out = np.empty(n + len(heights))
-        probabilities(
-            upward, downward, heights, up / width, down / width, trials, trials_about(width), out
-        )
+        crests = map(np.ascontiguousarray, (upward, downward))  # one layout, compiled once
+        probabilities(*crests, heights, up / width, down / width, trials, trials_about(width), out)
         self.probability[several] = np.maximum(self.probability[several], out[n:])
         return out[:n]
 

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._lane_kernels import exponentials, fused, logarithms, sum_of, sum_of_squares
+from ._lane_kernels import (
+    exponentials,
+    fused,
+    logarithms,
+    reordered,
+    sum_of,
+    sum_of_products,
+    sum_of_squares,
+)
 
 DEPENDENT = 0.9  # times how many dependent squares hold what one independent one does
 MOST_TOGETHER, JUMP = 0.6, 5.0  # power of dependent ones, at most, and jump [neper] that halves it
 SURE = 0.7  # of the standard error expected for a rise: the least one of an attack
 CLEAR = 0.03  # fraction of the greatest power above which a sound is not a filter's ringing
-LAGS = 8  # that are summed in vector lanes
-_NONE, _ONE = np.uint64(0), np.uint64(1)
 
 
 @fused
@@ -80,27 +86,18 @@ def counting_as_one(squares, split, gain, lags):
     A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
     correlation at each lag before and after the split. A strong one shows in a single square.
     """
-    spare = lags + LAGS  # zeros behind what is before the split, and behind what is after it
-    away, totals = np.zeros(len(squares) + 2 * spare), np.zeros(spare)
-    alone, together, at = 0.0, 1.0, _NONE
-    for first, last in ((0, split), (split, len(squares))):
-        end = at + np.uint64(last - first)
-        mean, own = sum_of(squares[first:last]) / max(last - first, 1), away[at:end]
-        if mean > 0.0:
-            part = squares[first:last]
-            for i in range(len(own)):
-                own[i] = part[i] / mean - 1.0
-        alone += sum_of_squares(own)
-        for lag in range(_ONE, np.uint64(lags + 1), np.uint64(LAGS)):
-            for i in range(at, end):
-                one, far = away[i], i + lag
-                for k in range(np.uint64(LAGS)):  # lags side by side, in vector lanes
-                    totals[lag + k] += one * away[far + k]
-        at = end + np.uint64(spare)
+    away = np.zeros(len(squares) + 2 * lags)  # with zeros behind each side of the split
+    for first, last, at in ((0, split, 0), (split, len(squares), split + lags)):
+        part, own = squares[first:last], away[at : at + last - first]
+        mean = sum_of(part) / max(last - first, 1)
+        for i in range(np.uint64(len(part) if mean > 0.0 else 0)):
+            own[i] = part[i] / mean - 1.0
+    alone, together = sum_of_squares(away), 1.0
     if not alone > 0.0:
         return DEPENDENT
     for lag in range(1, lags + 1):
-        together += 2.0 * max(totals[lag] / alone, 0.0)
+        shared = sum_of_products(away[: len(away) - lag], away[lag:])
+        together += 2.0 * max(shared / alone, 0.0)
     jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
     return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
 
@@ -112,11 +109,8 @@ def samples_that_tell(squares, split, together):
     Of independent ones whose mean rises by r at the split, each contributes (ln r - 1 + 1/r) / 2.
     The split is not known better than this, even if a single large square seems to show it.
     """
-    before = after = 0.0
-    for i in range(split):
-        before += squares[i] / split
-    for i in range(split, len(squares)):
-        after += squares[i] / (len(squares) - split)
+    before = sum_of(squares[:split]) / max(split, 1)
+    after = sum_of(squares[split:]) / max(len(squares) - split, 1)
     if not after > before:
         return np.inf
     rise = after / before if before > 1e-30 * after else 1e30
@@ -124,7 +118,7 @@ def samples_that_tell(squares, split, together):
     return together / told if told > 0.0 else np.inf
 
 
-@fused
+@reordered
 def split_variance(gains, first, split, together, weights):
     """Variance of the split about `split`, with probability exp(gain / together).
 
@@ -138,11 +132,11 @@ def split_variance(gains, first, split, together, weights):
         weights[i] = (gains[i] - greatest) / together
     exponentials(weights)
     total = second = 0.0
-    for i in range(len(gains)):
-        if gains[i] >= 0.0:
-            away = first + i - split
-            total += weights[i]
-            second += weights[i] * away * away
+    for i in range(np.uint64(len(gains))):
+        weight = weights[i] if gains[i] >= 0.0 else 0.0
+        away = np.float64(np.int64(i) + first - split)
+        total += weight
+        second += weight * away * away
     return second / total + 1.0 / 12.0
 
 
@@ -206,9 +200,7 @@ def variance_change(squares, at, reach, gains):
     low, high = begin - at + reach, end - at + reach
     of, before, after = gains[0][low:high], gains[1][low:high], gains[2][low:high]
     near = np.uint64(len(of))
-    head = 0.0
-    for k in range(begin - 1):
-        head += squares[k]
+    head = sum_of(squares[: begin - 1])
     for k in range(begin, end):
         head += squares[k - 1]
         before[k - begin] = head

@@ -115,7 +115,7 @@ class Attacks:
         if self.taps is not None:
             clipped_after(raw, attack[:, 0], valid, self.limits, scale, attack[:, 2])
         lone = np.empty(len(places), np.bool_)
-        lone_samples(raw, attack[:, 0], valid, round(CLICK * rate), scale.reach, lone)
+        lone_samples(raw, attack[:, 0].copy(), valid, round(CLICK * rate), scale.reach, lone)
         sharp, rise = np.full((2, len(places)), np.nan)
         dense = self.crowded[window.segment][here]
         if dense.any():
@@ -128,7 +128,7 @@ class Attacks:
         probability = passage.probability[here]
         self.modes.add(x, valid, attack[:, 0])
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
-        self.growth.add(sounds[probability >= EVEN])
+        self.growth.add(sounds, probability >= EVEN)
         attack[:, 0] += window.segment + window.first - margin
         spread = passage.spread[here]
         tells = lone, sharp, rise, gradual, overload

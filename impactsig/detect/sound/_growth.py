@@ -40,10 +40,10 @@ class Growth:
         self.lead = min(quiet, self.before)
         self.total = np.zeros(self.lead + heard)
 
-    def add(self, sounds: np.ndarray) -> None:
-        """Add sounds (n, length), of which those of hardly any energy do not count."""
+    def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
+        """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
         first = self.before - self.lead
-        near = sounds[:, first : first + len(self.total)]
+        near = sounds[:, first : first + len(self.total)][likely]
         power = near * near
         energy = power[:, self.lead :].sum(axis=1)
         some = energy > FAINTEST

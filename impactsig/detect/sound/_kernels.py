@@ -19,7 +19,7 @@ from ._lane_kernels import fused
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
-TOGETHER = 512  # frames whose sums stay in the nearest memory
+TOGETHER = 512  # frames, or details, that stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
 
 
@@ -50,14 +50,35 @@ def octave_powers(x, octaves, even, odd, high, power):
     """
     frames = power.shape[1]
     count = len(x) // 2
-    halve(x, high[:count], even[:count])
-    for b in range(octaves):
-        mean_squares(high, count // frames, power[b])
-        if b == octaves - 1:
-            break
+    halve_and_square(x, high, even[:count], count // frames, power[0])
+    for b in range(1, octaves):
         count //= 2
-        halve(even, high[:count], odd[:count])
+        halve_and_square(even, high, odd[:count], count // frames, power[b])
         even, odd = odd, even
+
+
+@fused
+def halve_and_square(x, high, low, per, out):
+    """Sums of pairs of samples, and the mean squares of each `per` Haar details.
+
+    Details are squared part by part, while they are in the nearest memory; `high` is scratch.
+    Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
+    """
+    count, size, before = len(low), max(TOGETHER // per, 1) * per, 0.0
+    for first in range(0, count, size):
+        part = np.uint64(min(size, count - first))
+        own, now, sums = x[2 * first :], high[:part], low[first : first + size]
+        end = np.int64(first + size >= count)
+        for i in range(_NONE, part - np.uint64(end)):
+            j = _TWO * i
+            now[i] = own[j + _ONE] - 0.5 * (own[j] + own[j + _TWO])
+        if end:
+            now[part - _ONE] = 0.0
+        sums[0] = own[0] + 0.25 * (before + now[0]) if first else own[0]
+        for i in range(_ONE, part):
+            sums[i] = own[_TWO * i] + 0.25 * (now[i - _ONE] + now[i])
+        before = now[part - _ONE]
+        mean_squares(now, per, out[first // per : (first + size) // per])
 
 
 @fused
@@ -67,7 +88,10 @@ def mean_squares(values, per, out):
     A few usual numbers are written out, so that they run in vector lanes.
     """
     v = values
-    if per == 2:
+    if per == 1:
+        for j in range(_NONE, np.uint64(len(out))):
+            out[j] = v[j] * v[j]
+    elif per == 2:
         for j in range(_NONE, np.uint64(len(out))):
             i = _TWO * j
             out[j] = (v[i] * v[i] + v[i + _ONE] * v[i + _ONE]) / per
@@ -113,22 +137,6 @@ def part_means(power, first, groups, per, real, parts, counted, silent):
         for i in range(g * each, (g + 1) * each):
             at = first + i * per
             counted[i] = heard and real[0] <= at and at + per <= real[1]
-
-
-@fused
-def halve(x, high, low):
-    """Haar details and sums of pairs of samples.
-
-    Indices are unsigned: signed ones, which may count from the end, keep loops out of vector lanes.
-    """
-    count = np.uint64(len(high))
-    for i in range(_NONE, count - _ONE):
-        j = _TWO * i
-        high[i] = x[j + _ONE] - 0.5 * (x[j] + x[j + _TWO])
-    high[count - _ONE] = 0.0
-    low[0] = x[0]
-    for i in range(_ONE, count):
-        low[i] = x[_TWO * i] + 0.25 * (high[i - _ONE] + high[i])
 
 
 @fused

@@ -84,3 +84,12 @@ def sum_of_squares(values):
     for i in range(np.uint64(len(values))):
         total += values[i] * values[i]
     return total
+
+
+@reordered
+def sum_of_products(values, others):
+    """Sum of the products of numbers with as many others."""
+    total = 0.0
+    for i in range(np.uint64(len(values))):
+        total += values[i] * others[i]
+    return total

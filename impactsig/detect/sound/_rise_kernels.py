@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..signal.order_kernels import select
-from ._kernels import BLOCK, halve
+from ._kernels import BLOCK, halve_and_square
 from ._lane_kernels import fused
 
 STEP = 4  # frames from one likelihood to the next
@@ -23,10 +23,8 @@ def low_powers(x, left, even, odd, high, out, means):
     from x[left] on. `even`, `odd` and `high` are scratch of half the length of x.
     """
     count, per, first = len(x) // 2, PART // 2, left // 2
-    halve(x, high[:count], even[:count])
+    halve_and_square(x, high, even[:count], 1, out[0, :count])
     for k in range(out.shape[0]):
-        for j in range(count):
-            out[k, j] = high[j] * high[j]
         for g in range(means.shape[1]):
             total = 0.0
             for j in range(first + g * per, first + (g + 1) * per):
@@ -35,7 +33,7 @@ def low_powers(x, left, even, odd, high, out, means):
         if k == out.shape[0] - 1:
             break
         count, per, first = count // 2, per // 2, first // 2
-        halve(even, high[:count], odd[:count])
+        halve_and_square(even, high, odd[:count], 1, out[k + 1, :count])
         even, odd = odd, even
 
 

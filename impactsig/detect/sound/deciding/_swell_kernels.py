@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .._lane_kernels import fused
+from .._attack_kernels import innovations
+from .._lane_kernels import fused, sum_of_squares
 
 
 @fused
@@ -23,18 +24,16 @@ def powers_beside(x, attack, valid, edges, lags, out):
     out : (m, n), room for the mean squares
     """
     lag, slope = lags
-    share = lag / slope
+    near, y = np.empty(edges[-1] - edges[0] + lag + slope), np.empty(edges[-1] - edges[0])
     for k in range(len(attack)):
-        at = math.ceil(attack[k])
-        begin = at + edges[0]
+        begin = math.ceil(attack[k]) + edges[0]
+        first = begin - lag - slope
+        if first >= valid[0] and first + len(near) <= valid[1]:
+            innovations(x, begin, lag, slope, y)
+        else:
+            for i in range(len(near)):
+                near[i] = x[min(max(first + i, valid[0]), valid[1] - 1)]
+            innovations(near, lag + slope, lag, slope, y)
         for part in range(len(out)):
-            end = at + edges[part + 1]
-            total = 0.0
-            for i in range(begin, end):
-                now = x[min(max(i, valid[0]), valid[1] - 1)]
-                earlier = x[min(max(i - lag, valid[0]), valid[1] - 1)]
-                first = x[min(max(i - lag - slope, valid[0]), valid[1] - 1)]
-                y = np.float64(now) - (1.0 + share) * earlier + share * first
-                total += y * y
-            out[part, k] = total / (end - begin)
-            begin = end
+            some = y[edges[part] - edges[0] : edges[part + 1] - edges[0]]
+            out[part, k] = sum_of_squares(some) / len(some)

@@ -8,9 +8,10 @@ radix r takes every M/r-th row, and leaves the r results side by side [Pease1968
     y[r p + k] = exp(-2 pi i j k / n) sum_d x[p + d M/r] exp(-2 pi i d k / r),
 
 with n the length of the transforms that are left, P = M / n and j = floor(p / P). After the last
-pass `order_after` says where each frequency lies. A row holds the real parts of all frames, then
-the imaginary parts. Indices are unsigned: signed ones, which may count from the end, keep a loop
-out of vector lanes.
+pass `order_after` says where each frequency lies. What two passes of radices r and s make of r s
+rows depends on these alone: they are taken one after the other while the rows are in the nearest
+memory. A row holds the real parts of all frames, then the imaginary parts. Indices are unsigned:
+signed ones, which may count from the end, keep a loop out of vector lanes.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 from .._lane_kernels import fused
 
 LANES = 64
+MOST_NEAR = 25  # rows that two passes make of as many others
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
 _NONE, _TWO, _THREE, _FOUR = np.uint64(0), np.uint64(2), np.uint64(3), np.uint64(4)
 _HALF = np.float32(0.5)
@@ -72,7 +74,7 @@ def to_single(x, faintest, out):
     greatest = most.max()
     for i in range(whole, count):
         greatest = max(greatest, abs(np.float64(x[i])))
-    out[:] = np.float32(0.0)
+    out[count if greatest > 0.0 else 0 :] = np.float32(0.0)
     if greatest == 0.0:
         return 0.0
     scale = math.ldexp(1.0, max(math.frexp(greatest)[1], faintest))
@@ -112,19 +114,27 @@ def power_spectra(
 ):  # fmt: skip
     """square[k * LANES + f]: power of coefficient k of frame at + f, less its weighted mean."""
     x, y = rows[0], rows[1]
-    count = len(place)
-    _load(single, hop, window, at * hop, columns, x)
-    past = 1
-    for radix in passes:
-        if radix == 2:
-            _pass_of_two(x, count, past, turn, y)
-        elif radix == 3:
-            _pass_of_three(x, count, past, turn, y)
-        elif radix == 4:
-            _pass_of_four(x, count, past, turn, y)
-        else:
-            _pass_of_five(x, count, past, turn, y)
-        past *= radix
+    count, past = len(place), 1
+    near = np.empty((2, MOST_NEAR * 2 * LANES), np.float32)
+    wide = _gather(single, hop, len(window), at * hop, columns)
+    for i in range(0, len(passes), 2):
+        radix, second = passes[i], passes[i + 1] if i + 1 < len(passes) else 1
+        groups = count // (radix * second)
+        if i > 0 and second == 1:
+            _pass(radix, x, groups, 1, groups, turn, 0, 1, past, y)
+            groups = 0
+        for g in range(groups):  # both passes of few rows, which stay in the nearest memory
+            o = _ROW * np.uint64(radix * second * g)
+            if i == 0:
+                for k in range(radix * second):
+                    p = g + (k // radix + k % radix * second) * groups
+                    _load(columns, hop, wide, window, p, k, near[0])
+                _pass(radix, near[0], second, radix, 1, turn, g, groups, past, near[1])
+            else:
+                some, far = x[_ROW * np.uint64(g) :], second * groups
+                _pass(radix, some, second, groups, far, turn, g, groups, past, near[1])
+            _pass(second, near[1], radix, 1, radix, turn, radix * g, 1, past * radix, y[o:])
+        past *= radix * second
         x, y = y, x
     first = _ROW * np.uint64(place[0])
     for k in range(1, count // 2 + 1):
@@ -164,31 +174,57 @@ def add_bands(square, scale, first, width, weights, at, power):
 
 
 @fused
-def _load(single, hop, window, begin, columns, x):
-    """Windowed samples of LANES frames from sample `begin` on, those of a place side by side.
+def _gather(single, hop, size, begin, columns):
+    """Put the samples of LANES frames from `begin` on in `columns`, those of a place in a row.
 
-    Where windows overlap, frames share what is `hop` apart: each `columns` of these is gathered
-    once.
+    Where windows of that size overlap, frames share what is `hop` apart: each column of these is
+    gathered once. Returns their number.
     """
-    wide = LANES + (len(window) - 1) // hop
+    wide = LANES + (size - 1) // hop
     stride = np.uint64(wide)
     for m in range(wide):
         part, column = single[begin + m * hop : begin + (m + 1) * hop], columns[m:]
         for r in range(np.uint64(hop)):
             column[r * stride] = part[r]
-    for n in range(len(window)):
+    return wide
+
+
+@fused
+def _load(columns, hop, wide, window, p, k, rows):
+    """Set row k to the p-th complex number of all frames, two windowed samples."""
+    for half in range(2):
+        n, at = 2 * p + half, (2 * k + half) * LANES
         weight, first = window[n], n % hop * wide + n // hop
-        some, row = columns[first : first + LANES], x[n * LANES : (n + 1) * LANES]
+        some, row = columns[first : first + LANES], rows[at : at + LANES]
         for f in range(_NONE, _LANES):
             row[f] = weight * some[f]
 
 
 @fused
-def _pass_of_two(x, count, past, turn, y):
-    far = _ROW * np.uint64(count // 2)
-    for p in range(count // 2):
-        k = p // past * past
-        a, o = _ROW * np.uint64(p), _ROW * np.uint64(2 * p)
+def _pass(radix, x, count, apart, far, turn, p, between, past, y):
+    """So many results of a pass, those of p, p + between, ... in rows that follow one another.
+
+    Each begins `apart` rows after the last one, and takes rows `far` from one another.
+    """
+    step, far = _ROW * np.uint64(apart), _ROW * np.uint64(far)
+    if radix == 1:
+        for f in range(_ROW * np.uint64(count)):
+            y[f] = x[f]
+    elif radix == 2:
+        _pass_of_two(x, count, step, far, turn, p, between, past, y)
+    elif radix == 3:
+        _pass_of_three(x, count, step, far, turn, p, between, past, y)
+    elif radix == 4:
+        _pass_of_four(x, count, step, far, turn, p, between, past, y)
+    else:
+        _pass_of_five(x, count, step, far, turn, p, between, past, y)
+
+
+@fused
+def _pass_of_two(x, count, step, far, turn, p, between, past, y):
+    for m in range(count):
+        k = (p + m * between) // past * past
+        a, o = step * np.uint64(m), _ROW * np.uint64(2 * m)
         b = a + far
         _two(x[a : a + _ROW], x[b : b + _ROW], turn[0, k], turn[1, k], y[o : o + _TWO * _ROW])
 
@@ -205,11 +241,10 @@ def _two(a, b, c1, s1, y):
 
 
 @fused
-def _pass_of_three(x, count, past, turn, y):
-    far = _ROW * np.uint64(count // 3)
-    for p in range(count // 3):
-        k = p // past * past
-        a, o = _ROW * np.uint64(p), _ROW * np.uint64(3 * p)
+def _pass_of_three(x, count, step, far, turn, p, between, past, y):
+    for m in range(count):
+        k = (p + m * between) // past * past
+        a, o = step * np.uint64(m), _ROW * np.uint64(3 * m)
         b = a + far
         c = b + far
         _three(
@@ -237,13 +272,12 @@ def _three(a, b, c, c1, s1, c2, s2, y):
 
 
 @fused
-def _pass_of_four(x, count, past, turn, y):
-    far = _ROW * np.uint64(count // 4)
-    for p in range(count // 4):
-        k = p // past * past
+def _pass_of_four(x, count, step, far, turn, p, between, past, y):
+    for m in range(count):
+        k = (p + m * between) // past * past
         c1, s1, c2, s2 = turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k]
         c3, s3 = turn[0, 3 * k], turn[1, 3 * k]
-        a, o = _ROW * np.uint64(p), _ROW * np.uint64(4 * p)
+        a, o = step * np.uint64(m), _ROW * np.uint64(4 * m)
         b = a + far
         c = b + far
         d = c + far
@@ -266,13 +300,12 @@ def _pass_of_four(x, count, past, turn, y):
 
 
 @fused
-def _pass_of_five(x, count, past, turn, y):
-    far = _ROW * np.uint64(count // 5)
-    for p in range(count // 5):
-        k = p // past * past
+def _pass_of_five(x, count, step, far, turn, p, between, past, y):
+    for m in range(count):
+        k = (p + m * between) // past * past
         c1, s1, c2, s2 = turn[0, k], turn[1, k], turn[0, 2 * k], turn[1, 2 * k]
         c3, s3, c4, s4 = turn[0, 3 * k], turn[1, 3 * k], turn[0, 4 * k], turn[1, 4 * k]
-        a, o = _ROW * np.uint64(p), _ROW * np.uint64(5 * p)
+        a, o = step * np.uint64(m), _ROW * np.uint64(5 * m)
         b = a + far
         c = b + far
         d = c + far

@@ -103,19 +103,22 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
     lag, count = earlier.shape[1], power.shape[1]
     risen, group = np.zeros(len(frames)), frames // per
     which, rises, growths = np.empty_like(frames), np.empty(len(frames)), np.empty(len(frames))
+    bases = np.empty(len(frames))
     out[:] = 0.0
     for b in range(power.shape[0]):
         some = 0
-        for k in range(len(frames)):
-            i = frames[k]
+        for k in range(len(frames)):  # without a branch, of which none can be foretold
+            i, j = frames[k], frames[k] + later
             now = power[b, i]
             then = earlier[b, i] if i < lag else power[b, i - lag]
             base = max(then, TIMES_BACKGROUND * background[b, group[k]])
-            if now > base > 0.0:
-                j = i + later
-                ahead = power[b, j] if j < count else following[b, j - count]
-                which[some], rises[some], growths[some] = k, now / base, max(ahead, base) / now
-                some += 1
+            ahead = power[b, j] if j < count else following[b, j - count]
+            which[some], rises[some], bases[some] = k, now, base
+            growths[some] = max(ahead, base)
+            some += now > base > 0.0
+        for m in range(np.uint64(some)):
+            growths[m] /= rises[m]
+            rises[m] /= bases[m]
         logarithms(rises[:some])
         logarithms(growths[:some])
         for m in range(some):

@@ -201,7 +201,8 @@ class Model:
         there, origin = self._origins(held)
         energy, fine = self._near(held, there, origin)
         some = slice(None, None, max(-(-len(there) // COMPARED), 1))
-        there, origin, energy, fine = there[some], origin[some], energy[some], fine[some].copy()
+        there, origin = there[some], origin[some]
+        energy, fine = energy[some].copy(), fine[some].copy()  # one layout for the kernel
         out, floor = np.empty((len(there), 3)), (self.noise, self.error)
         weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
         own = self.noise / energy
