@@ -10,6 +10,7 @@ import impactsig
 from benchmarks import strange_sounds
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
+from benchmarks.spread import spread_over_records
 from impactsig.detect.sound._attack_kernels import (
     DEPENDENT,
     MOST_TOGETHER,
@@ -19,6 +20,7 @@ from impactsig.detect.sound._attack_kernels import (
     variance_change,
 )
 from impactsig.detect.sound._growth import VARIED, Growth, spread_of
+from impactsig.detect.sound.timing._shift_errors import ATTACKS, beyond
 
 # Seeds that nothing was chosen on.
 
@@ -44,6 +46,21 @@ def test_modes_of_noise_beside_a_sound_are_allowed_for():
     off, error = np.concatenate([errors(truth) for truth in truths]).T
     assert np.std(off / error) < 1.6
     assert np.median(error) < 3e-4
+
+
+def test_a_sound_that_is_clear_late_began_later_than_its_attack():
+    off, error = errors(record("own", 22_050, 40.0, 431, count=60)).T
+    assert np.corrcoef(np.abs(off), error)[0, 1] > 0.5
+    assert 0.8 < np.std(off / error) < 1.3
+
+
+@pytest.mark.parametrize(
+    ("kind", "rate", "least"),
+    [("shared", 22_050, 0.75), ("alike", 11_025, 0.7)],  # 5.2 kHz, near half the rate
+)
+def test_errors_of_clear_sounds_are_not_stated_too_large(kind, rate, least):
+    z = [z_scores(kind, rate, 40.0, seed) for seed in (434, 437)]
+    assert least < np.std(np.concatenate(z)) < 1.3
 
 
 def test_louder_noise_makes_errors_larger():
@@ -174,6 +191,18 @@ def test_waveforms_of_one_mode_may_be_shifted_by_its_phase():
     assert 0.4 < np.std(off / error) < 1.6
 
 
+def test_phases_that_vary_by_less_than_attacks_show_are_allowed_for():
+    off, error = errors(strange_sounds.record(250_081)[0]).T  # 0.2 rad of one mode at 1.5 kHz
+    assert 0.8 < np.std(off / error) < 2.5
+
+
+@pytest.mark.parametrize("total", [0.3, 0.7, 1.4])
+def test_what_shifts_have_beyond_attacks_whose_errors_are_not_exact(total):
+    attacks = np.linspace(ATTACKS, 1.0, 10_001)
+    expected = np.mean(np.maximum(total - attacks, 0.0))
+    assert beyond(2.0 * total, 2.0) == pytest.approx(2.0 * expected, rel=1e-3)
+
+
 def test_growth_of_the_mean_power_limits_attacks():
     rate, before = 44_100.0, 200
     k = np.arange(1000) - before
@@ -189,3 +218,15 @@ def test_growth_of_the_mean_power_limits_attacks():
     sums.add(sounds, np.arange(9) != 4)
     assert sums.spread() == pytest.approx(VARIED * 60.0, rel=0.05)
     assert spread_of(np.ones(10), 5, rate) == 0.0
+
+
+def test_intervals_over_records_hold_as_often_as_stated():
+    # Deviations differ from record to record, as the modes of records do.
+    rng, held = np.random.default_rng(3), []
+    for _ in range(400):
+        groups = [np.exp(0.25 * a) * rng.standard_normal(80) for a in rng.standard_normal(5)]
+        spread, least, most = spread_over_records(groups)
+        assert spread == pytest.approx(np.std(np.concatenate(groups)))
+        held.append(least < np.exp(0.25**2) < most)
+    assert 0.9 < np.mean(held) < 0.98
+    assert spread_over_records(groups[:1])[1:] == (0.0, np.inf)

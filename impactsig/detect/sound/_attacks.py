@@ -32,7 +32,7 @@ from .timing.shared_modes import SharedModes
 
 BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
-RINGING = 0.84, 0.75  # quantile of the time from attack to clear sound, and fraction in the errors
+RINGING = 0.84, 0.5  # quantile of the time from attack to clear sound, and fraction that is usual
 CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 
 
@@ -202,11 +202,12 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
 def attack_errors(attack: np.ndarray) -> np.ndarray:
     """Standard errors of attacks [samples], from the results of `measure`.
 
-    If a filter rings before impacts, the ringing is detected earlier for some than for others, by
-    about the time from attack to clear sound of most.
+    If a filter rings before impacts, the ringing is detected earlier for some than for others: a
+    sound that is clear later after its attack than is usual began later by about as much.
     """
-    late = RINGING[1] * quantile(attack[:, 4], RINGING[0]) if len(attack) else 0.0
-    return np.sqrt(attack[:, 3] + late**2)
+    clear = attack[:, 4]
+    usual = RINGING[1] * quantile(clear, RINGING[0]) if len(clear) else 0.0
+    return np.sqrt(attack[:, 3] + (clear - usual) ** 2)
 
 
 def quantile(values: np.ndarray, share: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._lane_kernels import fused
 
-TAPS = 16  # samples on either side from which a value between samples is interpolated
+TAPS = 24  # samples on either side from which a value between samples is interpolated
 _NONE, _FOUR = np.uint64(0), np.uint64(4)
 
 

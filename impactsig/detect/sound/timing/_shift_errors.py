@@ -7,6 +7,7 @@ import numpy as np
 from ._alike_kernels import ROWS, SHIFTS, unexplained
 from .laying import BESIDE, Laying
 
+ATTACKS = 0.5  # variance of attacks, at least, over the one that is stated
 ONE_LAGS, ONE_LEFT = (1, 2, 3), 0.04  # lags, and power unexplained at most, of a single mode
 INTERPOLATED = 5e-4  # fraction of its power that interpolation may leave of a sound
 COMPARED = 64  # sounds that show how all differ
@@ -100,3 +101,9 @@ def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> flo
         total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
+
+
+def beyond(total: float, known: float) -> float:
+    """Mean of what a variance has beyond that of attacks, which is at least ATTACKS of `known`."""
+    least, most = max(total - known, 0.0), max(total - ATTACKS * known, 0.0)
+    return (most**2 - least**2) / (2.0 * (1.0 - ATTACKS) * known)

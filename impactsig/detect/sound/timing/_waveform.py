@@ -15,7 +15,7 @@ import numpy as np
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._nearby import middle
 from ._alike_kernels import ROWS, mean_wave, shift_wave
-from ._shift_errors import is_one_mode, lever_of, misfit_of, noise_gain, slope_of
+from ._shift_errors import beyond, is_one_mode, lever_of, misfit_of, noise_gain, slope_of
 from .laying import Laying, are_alike
 
 LEADERS = 8  # of the impacts that are tried as the first waveform
@@ -92,9 +92,10 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     if is_one_mode(laying, shifts[ROWS // 2]):
         # Another phase is another shift: only attacks tell how much of either there is.
         known = max(middle(error), 12.0**-0.5) ** 2
-        phase = max((DEVIATION_BY_MEDIAN * middle(apart)) ** 2 - known, 0.0)
-        if phase > known:
+        total = (DEVIATION_BY_MEDIAN * middle(apart)) ** 2
+        if total > 2.0 * known:
             return None
+        phase = beyond(total, known)
     misfit = misfit_of(laying, shifts[ROWS // 2], sounds[alike], fits)
     lever = lever_of(laying, shifts)
     return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
