@@ -72,9 +72,10 @@ class Beginnings:
         evidence = np.zeros((len(rows), BEFORE + 1))
         if power > 0.0:
             rows = rows / np.sqrt(power)
-            sums = np.zeros((ORDER + 1, ORDER + 2))
-            prediction_sums(rows, BEFORE, ORDER, sums)
-            coefficients = np.linalg.lstsq(sums[:, :-1], sums[:, -1], rcond=None)[0]
+            sums = np.zeros((ORDER + 2, ORDER + 2))
+            prediction_sums(rows, BEFORE, sums)
+            sums += np.triu(sums, 1).T
+            coefficients = np.linalg.lstsq(sums[1:, 1:], sums[1:, 0], rcond=None)[0]
             begun_before(rows, BEFORE, coefficients, POWERS, evidence[:, 1:])
         return evidence
 

@@ -29,25 +29,30 @@ def low_before(x, last, earliest, step, out):
 
 
 @reordered
-def prediction_sums(rows, before, order, sums):
-    """Add the normal equations of the value of a row, from the `order` ones before it, and from 1.
+def prediction_sums(rows, before, sums):
+    """Add to `sums` the products of values and of those before them, by lags, and of 1, the last.
 
-    Values come the latest first; those from `before` on are predicted. Each row counts by its
-    power there, relative to 1. The last column of `sums` is that of what is predicted.
+    Values come the latest first; those from `before` on count, each row by its power there
+    relative to 1. The upper half is filled.
     """
-    one = np.ones(order + 2)
-    count = rows.shape[1] - order
+    order = len(sums) - 2
+    count = rows.shape[1] - order - before
     for row in rows:
         power = 0.0
-        for k in range(before, count):
-            power += row[k] * row[k]
-        weight = 1.0 / (power / (count - before) + 1.0)
-        for k in range(before, count):
-            one[:order] = row[k + 1 : k + 1 + order]
-            one[order + 1] = row[k]
-            for i in range(order + 1):
-                for j in range(order + 2):
-                    sums[i, j] += weight * one[i] * one[j]
+        for k in range(count):
+            power += row[before + k] * row[before + k]
+        weight = 1.0 / (power / count + 1.0)
+        sums[order + 1, order + 1] += weight * count
+        for i in range(order + 1):
+            one, total = row[before + i : before + i + count], 0.0
+            for k in range(count):
+                total += one[k]
+            sums[i, order + 1] += weight * total
+            for j in range(i, order + 1):
+                other, total = row[before + j : before + j + count], 0.0
+                for k in range(count):
+                    total += one[k] * other[k]
+                sums[i, j] += weight * total
 
 
 @fused
