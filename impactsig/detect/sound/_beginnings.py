@@ -51,7 +51,7 @@ class Beginnings:
         how many begin early.
         """
         rows = np.concatenate(self.found)
-        known = np.isfinite(rows[:, 0])
+        known = np.isfinite(rows.sum(axis=1))
         error = np.zeros(len(rows))
         if np.count_nonzero(known & likely) < LEAST:
             return error
@@ -87,11 +87,12 @@ def _shares(evidence: np.ndarray, likely: np.ndarray) -> np.ndarray | None:
     if its logarithm gains more than one for each of them (Akaike): one impact in a hundred whose
     noise rises by chance would otherwise make all others uncertain.
     """
-    most = evidence.max(axis=1, keepdims=True)
+    most = evidence.max(axis=1, keepdims=True)  # of none it is 0
     odds = np.exp(evidence - most)
     counted = odds[likely]
-    if np.all(np.mean(counted / counted[:, :1], axis=0) <= 1.0):
-        return None  # no fraction of others gains anything
+    none = np.all(np.mean(counted / counted[:, :1], axis=0) <= 1.0)
+    if none or np.sum(most[likely]) <= BEFORE:
+        return None  # no fraction of others gains as much
     fraction = np.full(odds.shape[1], 0.1 / (odds.shape[1] - 1))
     fraction[0] = 0.9
     for _ in range(ROUNDS):
