@@ -183,13 +183,14 @@ def _is_crest_of_noise(x, origin, rows, k, longest):
 
 @kernel
 def _contacts_around(rows, k, length):
-    """Sum of the contacts of pulses that begin within a length of pulse k [samples]."""
+    """Sum of the contacts of pulses that begin within a length of pulse k [samples].
+
+    All are looked at: where pulses touch, their starts are not in the order of their crests.
+    """
     total = 0.0
-    for step in (-1, 1):
-        j = k + step
-        while 0 <= j < len(rows) and abs(rows[j, 0] - rows[k, 0]) < length:
-            total += rows[j, 1] if int(rows[j, 5]) != NO_PULSE else 0.0
-            j += step
+    for j in range(len(rows)):
+        if j != k and abs(rows[j, 0] - rows[k, 0]) < length and int(rows[j, 5]) != NO_PULSE:
+            total += rows[j, 1]
     return total
 
 
