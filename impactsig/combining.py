@@ -41,7 +41,8 @@ class Combination(Shown):
         strongest, among the sensors that have them (for peaks and impulses in different units,
         among those that measure contact times). If none of these recorded the impact, the value is
         the mean of the measured ones before and after it, with an infinite error; a column without
-        standard errors is omitted.
+        standard errors is omitted. A gap is a span in which no sensor recorded, or, if sensors
+        belong to stops, no sensor of one of the stops: its impacts are missed.
     index : ndarray of int, shape (n, sensors)
         Index of the impact in the train of each sensor, -1 if the sensor did not record it.
     delays, delay_errors : ndarray, shape (sensors,)
@@ -170,7 +171,7 @@ def combine_impacts(
         duration=stop - start,
         unit=trains[measuring[0]].unit if measuring else "",
         contact_level=_contact_level(trains) if "contact_time" in known else None,
-        gaps=_common_gaps(trains, delays),
+        gaps=_gaps(trains, delays, stop_of_sensor),
         sensor=first.sensor if len({train.sensor for train in trains}) == 1 else "",
         source=first.source,
         recorded_at=first.recorded_at,
@@ -359,18 +360,31 @@ def _join(
     return joined[order], rows[order]
 
 
-def _common_gaps(trains: Sequence[Impacts], delays: Sequence[float]) -> np.ndarray:
-    """The spans in which all trains have a gap [s]."""
+def _gaps(
+    trains: Sequence[Impacts], delays: Sequence[float], stops: Sequence[int | None]
+) -> np.ndarray:
+    """The spans in which none of the sensors of some stop recorded [s]."""
+    spans = [train.gaps - late for train, late in zip(trains, delays, strict=True)]
+    lost = []
+    for stop in set(stops) - {None} or {None}:
+        own = [gaps for gaps, one in zip(spans, stops, strict=True) if one in (stop, None)]
+        lost.append(_covered(own, len(own)))
+    return _covered(lost, 1)
+
+
+def _covered(spans: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """Where at least `count` of several sets of spans overlap."""
     edges = sorted(
-        (float(at) - late, change)
-        for train, late in zip(trains, delays, strict=True)
-        for gap in train.gaps
-        for at, change in zip(gap, (1, -1), strict=True)
+        (float(at), -change)
+        for one in spans
+        for span in one
+        for at, change in zip(span, (1, -1), strict=True)
     )
     found, open_, begin = [], 0, 0.0
     for at, change in edges:
-        if open_ == len(trains):
+        before, open_ = open_, open_ - change
+        if before < count <= open_:
+            begin = at
+        elif open_ < count <= before:
             found.append((begin, at))
-        open_ += change
-        begin = at
     return np.array(found).reshape(-1, 2)
