@@ -195,9 +195,13 @@ def test_where_no_sensor_of_a_stop_was_its_impacts_are_missed():
     np.testing.assert_allclose(both.intervals(), 0.5)
     assert len(both.intervals()) == len(time) - 1 - 6
     assert both.time[both.in_gap()].tolist() == [3.5, 4.5]
+    unknown = combine_impacts([left, right]).impacts
+    assert not len(unknown.gaps)
+    assert [note for note in unknown.notes if note.startswith("sensor 1 has gaps of 2.3 s")]
     microphone = Impacts(time, sensor="sound", start=0.0, duration=10.0)
     all_heard = combine_impacts([left, right, microphone], stops=[0, 1, None]).impacts
     assert not len(all_heard.gaps)
+    assert not any("gaps" in note for note in all_heard.notes + both.notes)
     assert len(all_heard.intervals()) == len(time) - 1
 
 
