@@ -83,7 +83,7 @@ class Backgrounds:
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
         self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
-        self.below = bands_below(scale, self.bands)
+        self.below = bands_below(scale, self.rate, self.bands.hop)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
