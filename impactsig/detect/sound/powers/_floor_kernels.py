@@ -7,7 +7,7 @@ import numpy as np
 from ...._compiling.compiled import njit
 from ...signal.order_kernels import select
 
-SAMPLE, THIRD = 32, 3  # powers of a band, and the share of these below which quantiles nearly lie
+SAMPLE, QUARTER = 32, 4  # powers of a band, and the share of these below which quantiles nearly lie
 
 
 @njit(nogil=True)
@@ -15,7 +15,7 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
     """out[b, k]: the quantile of means[b, first[k] : last[k]] that are `sounding`; 0 without any.
 
     What is below `hole` times the strongest of these is left out. Neither `first` nor `last` falls.
-    Only the lowest third of a band, about, is looked at for each window, unless it has too few.
+    Only about the lowest quarter of a band is looked at for each window, unless it has too few.
     """
     columns, windows = means.shape[1], len(first)
     step = max(columns // SAMPLE, 1)
@@ -26,14 +26,14 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
         for j in range(first[k], last[k]):
             heard[k] += sounding[j]
     for b in range(len(means)):
-        row, few, count = means[b], 0, 0
+        row, few, count = means[b], 0, np.uint64(0)
         for j in range(0, columns, step):
             room[few] = row[j]
             few += sounding[j]
-        level = select(room, 0, few - 1, few // THIRD) if few else np.inf
-        for j in range(columns):
+        level = select(room, 0, few - 1, few // QUARTER) if few else np.inf
+        for j in range(np.uint64(columns)):
             low[count], place[count] = row[j], j
-            count += sounding[j] & (row[j] <= level)
+            count += np.uint64(sounding[j] & (row[j] <= level))
         begin = end = 0
         for k in range(windows):
             while begin < count and place[begin] < first[k]:
