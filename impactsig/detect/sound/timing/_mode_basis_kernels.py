@@ -44,9 +44,7 @@ def orthonormal(columns, count, parts, begin, shifts, basis, grams):
                     break
                 done = 0
                 while done + 4 <= min(c, count):
-                    free_of_four(
-                        row, rows[done], rows[done + 1], rows[done + 2], rows[done + 3]
-                    )
+                    free_of_four(row, rows[done], rows[done + 1], rows[done + 2], rows[done + 3])
                     done += 4
                 for other in range(done, min(c, count)):
                     add_times(-product(row, rows[other]), rows[other], row)
