@@ -227,9 +227,10 @@ class SharedModes:
         if np.count_nonzero(there) < LEAST:
             return 0.0
         about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
-        power = about[there, first[there]] ** 2
-        energy = power.sum(axis=1, keepdims=True)
-        total = np.sum(power / np.where(energy > FAINTEST, energy, 1.0), axis=0)
+        parts = about[there, first[there]]
+        energy = np.einsum("ij,ij->i", parts, parts)
+        parts /= np.sqrt(np.where(energy > FAINTEST, energy, 1.0))[:, None]
+        total = np.einsum("ij,ij->j", parts, parts)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
@@ -241,7 +242,8 @@ class SharedModes:
     def _noise(self, sounds: np.ndarray) -> float:
         """The white noise of a sample of sounds after that filter."""
         quiet = sounds[:, : round(QUIET * self.rate)]
-        return middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
+        energy = middle(np.einsum("ij,ij->i", quiet, quiet))
+        return energy / (quiet.shape[1] * float(np.sum(self.taps**2)))
 
     def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave of x, which begins at `first`.
