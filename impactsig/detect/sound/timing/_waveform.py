@@ -134,7 +134,7 @@ def _lay_if_alike(
         if alike.any():
             fits, attacks = laid[some][alike], expected[some][alike]
             near = _differences(fits, attacks)[1] <= _agree(laying, fits, attacks[:, 1])
-            agreeing, known = agreeing + np.count_nonzero(near), known + len(near)
+            agreeing, known = agreeing + int(near.sum()), known + len(near)
             if agreeing < 0.5 * known - 0.5 * SURELY * math.sqrt(known):
                 return None
     return laid
