@@ -9,10 +9,10 @@ and length are not given.
 
 Impacts of one second are measured by one shape, so errors of contact times, and much of those of
 instants and peaks at high levels, are common to them: z-scores of few records lie outside 0.8-1.25
-by chance. From 20 records on, the last lines therefore give, beside the share of strata within that
-range, how many are surely above or below it, and which: those whose interval of 95 % over records,
-drawn with repetition, lies outside: for the root mean square of z, and for its standard deviation
-about the mean of the stratum (what a shape is off by in every record is in the first only).
+by chance. The last lines therefore give, beside the share of strata within that range, how many are
+surely above or below it, and which: those whose interval of 95 % over records (see `spread.py`)
+lies outside: for the root mean square of z, and for its standard deviation about the mean of the
+stratum (what a shape is off by in every record is in the first only).
 
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
     python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
@@ -34,6 +34,7 @@ from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
 from .saving import save
 from .seeds import add_seeds
+from .spread import spread_over_records
 from .strangers import STRANGERS
 
 RATES = (20_000.0, 50_000.0, 200_000.0)
@@ -49,11 +50,8 @@ SHAPES = PULSES | OTHERS | LAWS | STRANGERS
 MEASURED = ("time", "contact_time", "peak", "impulse")
 LEAST, MOST = 0.8, 1.25
 """What a z-score should have for its standard deviation."""
-DRAWS = 400
-"""Of the records of a stratum, with repetition."""
-FEWEST = 20
-"""Records that show how much they scatter."""
-SPREADS = ("rms", "about mean")
+SPREADS = {"rms": False, "about mean": True}
+"""Standard deviations of z: about 0 and about the mean of a stratum."""
 
 
 def record(
@@ -136,14 +134,17 @@ def errors(pulse: str, rate: float, seed: int, **options) -> list[dict]:
 def stratum(rows: list[dict]) -> dict:
     """The z-scores of some impacts, and their standard errors beside the bound."""
     line: dict = {"found": len(rows)}
-    records = np.unique([row["second"][0] for row in rows], return_inverse=True)[1]
+    records = np.array([row["second"][0] for row in rows])
     for name in MEASURED:
         z = np.array([row[name] / row[f"{name}_error"] for row in rows])
-        line[name] = {
-            "rms": float(np.sqrt(np.mean(z**2))),
+        groups = [z[records == one] for one in np.unique(records)]
+        spreads = {
+            of: spread_over_records(groups, about_mean=about) for of, about in SPREADS.items()
+        }
+        line[name] = {of: spread for of, (spread, _, _) in spreads.items()}
+        line[name] |= {
             "mean": float(z.mean()),
-            "about mean": float(z.std()),
-            "of 95 %": intervals(z, records),
+            "of 95 %": {of: ends for of, (_, *ends) in spreads.items()},
             "beyond 2": float(np.mean(np.abs(z) > 2)),
             "beyond 3": float(np.mean(np.abs(z) > 3)),
         }
@@ -155,27 +156,12 @@ def stratum(rows: list[dict]) -> dict:
     return line
 
 
-def intervals(z, records) -> dict[str, list[float]]:
-    """Intervals of 95 % of both spreads of z-scores, from records drawn with repetition."""
-    sums = np.stack([np.bincount(records, z**power) for power in range(3)])
-    drawn = np.random.default_rng(len(z)).integers(sums.shape[1], size=(DRAWS, sums.shape[1]))
-    count, total, squares = sums[:, drawn].sum(axis=-1)
-    rms = np.sqrt(squares / count)
-    about_mean = np.sqrt(np.maximum(rms**2 - (total / count) ** 2, 0.0))
-    return {
-        of: np.quantile(spread, (0.025, 0.975)).tolist()
-        for of, spread in zip(SPREADS, (rms, about_mean), strict=True)
-    }
-
-
-def say_what_is_outside(lines: list[dict], sure: bool) -> None:
-    """Print how many strata are outside LEAST to MOST; if `sure`, also which are beyond chance."""
+def say_what_is_outside(lines: list[dict]) -> None:
+    """Print how many strata are outside LEAST to MOST, and which are beyond chance."""
     for of in SPREADS:
         spread = np.array([[line[name][of] for name in MEASURED] for line in lines])
         print(f"z of {LEAST}-{MOST} ({of}): {np.mean(_within(spread)):.1%}", end="; ")
-        print(f"above: {np.mean(spread > MOST):.1%}", end="; " if sure else "\n")
-        if not sure:
-            continue
+        print(f"above: {np.mean(spread > MOST):.1%}", end="; ")
         outside: dict[str, list[str]] = {"above": [], "below": []}
         for line in lines:
             for name in MEASURED:
@@ -242,7 +228,7 @@ def main() -> None:
                     flush=True,
                 )
     ratios = [row["time_error"] / row["bound"] for row in every]
-    say_what_is_outside(lines, len(given.seeds) >= FEWEST)
+    say_what_is_outside(lines)
     print(f"median error/bound: {np.median(ratios):.2f}", end="")
     for name, of in [(f"{one:g} dB", ("level", one)) for one in levels] + [
         (one, ("pulse", one)) for one in GROUPS[given.shapes]

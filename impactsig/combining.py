@@ -12,7 +12,8 @@ import numpy as np
 from ._arguments import entries, instance, number, whole
 from ._showing import Shown
 from ._trains.combined_columns import combined_columns, measuring_contacts
-from ._trains.impact_flags import CLIPPED
+from ._trains.combined_gaps import gaps_of_stops
+from ._trains.combined_notes import clipped, missed, units_differ
 from .alignment import FEWEST, Alignment, align_impacts
 from .errors import InvalidInput
 from .impacts import Impacts
@@ -41,7 +42,8 @@ class Combination(Shown):
         strongest, among the sensors that have them (for peaks and impulses in different units,
         among those that measure contact times). If none of these recorded the impact, the value is
         the mean of the measured ones before and after it, with an infinite error; a column without
-        standard errors is omitted.
+        standard errors is omitted. A gap is a span in which no sensor recorded, or, if sensors
+        belong to stops, no sensor of one of the stops: its impacts are missed.
     index : ndarray of int, shape (n, sensors)
         Index of the impact in the train of each sensor, -1 if the sensor did not record it.
     delays, delay_errors : ndarray, shape (sensors,)
@@ -157,7 +159,8 @@ def combine_impacts(
         delays.append(delay)
         errors.append(error)
         time, index = _join(time, index, train.time - delay, within)
-    notes += _clipped(trains) + _units_differ(trains)
+    gaps = gaps_of_stops(trains, delays, stop_of_sensor)
+    notes += clipped(trains) + units_differ(trains) + missed(trains, delays, index, gaps)
     known = combined_columns(trains, index, np.array(delays), stop_of_sensor)
     order = np.argsort(known["time"], kind="stable")
     start = min(train.start - late for train, late in zip(trains, delays, strict=True))
@@ -170,7 +173,7 @@ def combine_impacts(
         duration=stop - start,
         unit=trains[measuring[0]].unit if measuring else "",
         contact_level=_contact_level(trains) if "contact_time" in known else None,
-        gaps=_common_gaps(trains, delays),
+        gaps=gaps,
         sensor=first.sensor if len({train.sensor for train in trains}) == 1 else "",
         source=first.source,
         recorded_at=first.recorded_at,
@@ -189,35 +192,6 @@ def combine_impacts(
 def _contact_level(trains: Sequence[Impacts]) -> float | str | None:
     """Level at which the contact times of the combined train are measured."""
     return next(train.contact_level for train in trains if train.contact_time is not None)
-
-
-def _units_differ(trains: Sequence[Impacts]) -> list[str]:
-    """A note if no peaks are kept because the sensors that measure force have several units."""
-    units = [train.unit for train in trains if train.peak is not None]
-    if not units or measuring_contacts(trains):
-        return []
-    named = ", ".join(repr(unit) for unit in dict.fromkeys(units))
-    return [
-        f"the sensors have different units ({named}), so that the combined train has no peaks and "
-        "impulses; give all sensors one unit by scale= and unit=, or Recording.calibrate"
-    ]
-
-
-def _clipped(trains: Sequence[Impacts]) -> list[str]:
-    """A note for each sensor that is clipped, where there are others."""
-    if len(trains) < 2:
-        return []
-    names = [str(train.settings.get("channel", "")) for train in trains]
-    if not all(names) or len(set(names)) < len(names):
-        names = [f"sensor {k + 1}" for k in range(len(trains))]
-    counts = [int(np.count_nonzero(train.flags & CLIPPED)) for train in trains]
-    return [
-        f"{name} is clipped in {count} of its {len(train)} impacts: what it measures there are "
-        "lower bounds, and an impact that counts with the peak of another sensor may have been "
-        "stronger in this one"
-        for name, count, train in zip(names, counts, trains, strict=True)
-        if count
-    ]
 
 
 def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
@@ -357,20 +331,3 @@ def _join(
     rows = np.column_stack((np.concatenate((index, none)), np.append(of_other, alone)))
     order = np.argsort(joined, kind="stable")
     return joined[order], rows[order]
-
-
-def _common_gaps(trains: Sequence[Impacts], delays: Sequence[float]) -> np.ndarray:
-    """The spans in which all trains have a gap [s]."""
-    edges = sorted(
-        (float(at) - late, change)
-        for train, late in zip(trains, delays, strict=True)
-        for gap in train.gaps
-        for at, change in zip(gap, (1, -1), strict=True)
-    )
-    found, open_, begin = [], 0, 0.0
-    for at, change in edges:
-        if open_ == len(trains):
-            found.append((begin, at))
-        open_ += change
-        begin = at
-    return np.array(found).reshape(-1, 2)

@@ -240,7 +240,7 @@ def _train(name: str, impacts: Impacts, forcing_period: float | None) -> Train:
         name,
         impacts,
         len(impacts),
-        len(impacts) / valid if valid > 0 else None,
+        np.count_nonzero(~impacts.in_gap()) / valid if valid > 0 else None,
         _if_enough(coefficient_of_variation, impacts),
         _if_enough(cv2, impacts),
         _if_enough(local_variation, impacts),

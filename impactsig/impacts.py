@@ -104,7 +104,8 @@ class Impacts:
         Level above the baseline [unit] that `contact_time` refers to, or a share of each peak such
         as "10 %"; 0 is the touch itself.
     gaps : array_like, shape (g, 2), optional
-        Spans [s] without valid samples; no interval is taken across one.
+        Spans [s] without valid samples; no interval is taken across one. Of several sensors, there
+        may be impacts in one: those of stops whose sensors recorded.
     sensor, source : str
         Kind of sensor, and name of the source.
     recorded_at : datetime, optional
@@ -279,11 +280,17 @@ class Impacts:
         return intervals, interval_covariance(self, np.flatnonzero(whole), self.time_error)
 
     def interval_spans_gap(self) -> np.ndarray:
-        """Whether the interval after each impact but the last crosses a gap, shape (n - 1,)."""
+        """Whether a gap is in the interval after each impact but the last, shape (n - 1,)."""
         if len(self.time) < 2:
             return np.zeros(max(len(self.time) - 1, 0), bool)
-        before = np.searchsorted(np.sort(self.gaps[:, 0]), self.time)
-        return np.diff(before) > 0
+        begun = np.searchsorted(np.sort(self.gaps[:, 0]), self.time)
+        return (np.diff(begun) > 0) | self.in_gap()[:-1]
+
+    def in_gap(self) -> np.ndarray:
+        """Whether each impact is in a gap, as of one of several sensors, shape (n,)."""
+        begun = np.searchsorted(np.sort(self.gaps[:, 0]), self.time)
+        ended = np.searchsorted(np.sort(self.gaps[:, 1]), self.time, side="right")
+        return begun > ended
 
     def time_in_contact(self) -> float:
         """Fraction of the run spent in contact (the time-of-contact measure of [Karpodinis]_).
@@ -300,7 +307,7 @@ class Impacts:
         valid = self.duration - float(np.sum(self.gaps[:, 1] - self.gaps[:, 0]))
         if valid <= 0:
             raise InvalidInput("duration", self.duration, "a run longer than 0 s")
-        return float(self.contact_time.sum() / valid)
+        return float(self.contact_time[~self.in_gap()].sum() / valid)
 
     def bursts(self, within: float) -> tuple[np.ndarray, np.ndarray]:
         """Group impacts that follow one another within a given interval.

@@ -151,11 +151,14 @@ def read_period(
     time, count = impacts.time, len(impacts)
     intervals = impacts.intervals()
     silence = float(intervals.max(initial=0.0))
-    if count < LEAST_IMPACTS or not intervals.any():
-        return _unknown("too few impacts", count, forcing_period, silence), None
+    few = _unknown("too few impacts", count, forcing_period, silence), None
+    if count < LEAST_IMPACTS or time[-1] == time[0]:
+        return few
     span = float(time[-1] - time[0] - np.diff(np.clip(impacts.gaps, time[0], time[-1])).sum())
     if span <= 0:
         raise InvalidInput("impacts.gaps", impacts.gaps.tolist(), "gaps that leave some of the run")
+    if not intervals.any():
+        return few
     clock = forcing_clock(impacts, forcing_period, forcing)
     if clock is not None and span < LEAST_REPEATS * clock.unit:
         return _unknown("too short a run", count, clock.unit, silence), None

@@ -183,6 +183,28 @@ def test_a_gap_is_where_no_sensor_was():
     assert combine_impacts([one, two]).impacts.gaps.tolist() == [[3.0, 4.0], [6.0, 6.5]]
 
 
+def test_where_no_sensor_of_a_stop_was_its_impacts_are_missed():
+    """The other stop's are kept, but no interval between them is one of the machine."""
+    time = np.arange(1.0, 9.0, 0.5)
+    left = Impacts(time[::2], peak=np.ones(8), gaps=[[2.8, 5.1]], start=0.0, duration=10.0)
+    left = replace(left[(left.time < 2.8) | (left.time > 5.1)], start=0.0, duration=10.0)
+    right = Impacts(time[1::2], peak=np.ones(8), start=0.0, duration=10.0)
+    both = combine_impacts([left, right], stops=[0, 1]).impacts
+    assert both.gaps.tolist() == [[2.8, 5.1]]
+    assert len(both) == len(time) - 3
+    np.testing.assert_allclose(both.intervals(), 0.5)
+    assert len(both.intervals()) == len(time) - 1 - 6
+    assert both.time[both.in_gap()].tolist() == [3.5, 4.5]
+    unknown = combine_impacts([left, right]).impacts
+    assert not len(unknown.gaps)
+    assert [note for note in unknown.notes if note.startswith("sensor 1 has gaps of 2.3 s")]
+    microphone = Impacts(time, sensor="sound", start=0.0, duration=10.0)
+    all_heard = combine_impacts([left, right, microphone], stops=[0, 1, None]).impacts
+    assert not len(all_heard.gaps)
+    assert not any("gaps" in note for note in all_heard.notes + both.notes)
+    assert len(all_heard.intervals()) == len(time) - 1
+
+
 def test_example():
     assert doctest.testmod(combining, extraglobs={"Impacts": Impacts}).failed == 0
 

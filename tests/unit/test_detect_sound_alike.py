@@ -26,7 +26,9 @@ from impactsig.detect.sound.timing._alike_kernels import (
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
+from impactsig.detect.sound.timing._waveform import PASSES, QUARTERS, learn_waveform
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
+from impactsig.detect.sound.timing.laying import Laying, laying_of
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 NOISE = 0.01
@@ -347,6 +349,28 @@ def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
     """Noise or a soft beginning moves attacks by up to .5 ms; all sounds together still agree."""
     found = sound_errors.errors(strange_sounds.record(seed)[0])
     assert np.std(found[:, 0]) < 20e-6
+
+
+@pytest.mark.parametrize(("agreeing", "quarters"), [(0.2, 1), (0.45, 4), (1.0, 4 * PASSES)])
+def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, quarters):
+    lengths = sound_lengths(22_050.0, scale_at(22_050.0))
+    rng, count, laid = np.random.default_rng(5), 256, []
+    wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
+    sounds = np.linspace(2.0, 1.0, count)[:, None] * wave
+    sounds += 0.01 * rng.standard_normal(sounds.shape)
+    expected = np.tile((0.0, 0.3), (count, 1))
+    far = rng.random(count) >= agreeing
+    expected[far, 0] = rng.uniform(-40.0, 40.0, far.sum())
+    over = Laying.over
+
+    def counted(laying, sounds, *others):
+        laid.append(len(sounds))
+        return over(laying, sounds, *others)
+
+    monkeypatch.setattr(Laying, "over", counted)
+    found = learn_waveform(laying_of(lengths), sounds, expected)
+    assert (found is not None) == (agreeing == 1.0)
+    assert laid.count(count // QUARTERS) == quarters
 
 
 def test_instants_are_never_put_out_of_order():

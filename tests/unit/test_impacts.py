@@ -31,12 +31,15 @@ def test_intervals_and_gaps():
     np.testing.assert_array_equal(five().intervals(), [1, 2, 3, 4])
     gapped = five(gaps=[[2.5, 3.0], [7.0, 8.0]])
     np.testing.assert_array_equal(gapped.intervals(), [1, 3])
+    inside = five(gaps=[[5.0, 7.0], [1.5, 4.5]])
+    assert inside.interval_spans_gap().tolist() == [True, True, True, False]
+    assert inside.in_gap().tolist() == [False, True, True, False, False]
     assert Impacts([]).intervals().shape == Impacts([3.0]).intervals().shape == (0,)
 
 
 def test_time_in_contact():
     assert five().time_in_contact() == pytest.approx(0.1)
-    assert five(gaps=[[2.5, 7.5]]).time_in_contact() == pytest.approx(0.15)
+    assert five(gaps=[[2.5, 7.5]]).time_in_contact() == pytest.approx(0.08)  # two are in it
     with pytest.raises(InvalidInput, match="contact_time"):
         Impacts([1.0]).time_in_contact()
 

@@ -11,6 +11,12 @@ from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
 from impactsig.detect.sound.powers.holes import falls_of, has_holes
 
 
+def noise_of(means, sounding, bias, *, holes=False):
+    """Of one window that is all there is."""
+    whole = np.array([0]), np.array([len(sounding)])
+    return noise_power(means, sounding, whole, bias, holes)[:, 0]
+
+
 @pytest.mark.parametrize("rate", [8000, 22_050, 44_100, 96_000])
 def test_bands_hold_the_power_of_white_noise(rate):
     bands = bands_at(rate, 256)
@@ -54,9 +60,8 @@ def test_noise_power_is_unbiased(rate):
     power = Spectrum(bands).powers(x, 4 * hop, 8 * 3980)
     means = np.empty((len(power), 3980))
     group_means(power, np.ones(power.shape[1], np.bool_), 8, means)
-    noise = noise_power(
-        means, np.ones(3980, np.bool_), quantile_bias(degrees_of_freedom(rate, hop, 8)), False
-    )
+    bias = quantile_bias(degrees_of_freedom(rate, hop, 8))
+    noise = noise_of(means, np.ones(3980, np.bool_), bias)
     # The lowest bands also hold what is left of the mean.
     ratio = noise[4:] / bands.gain[4:]
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.02)
@@ -72,18 +77,41 @@ def test_quantile_bias_is_that_of_chi_squared():
 
 def test_groups_that_silence_touches_do_not_count():
     means = np.tile([0.0, 5.0, 0.1], 40)[None]
-    noise = noise_power(means, np.tile([False, True, False], 40), np.array([1.0]), False)
+    noise = noise_of(means, np.tile([False, True, False], 40), np.array([1.0]))
     np.testing.assert_allclose(noise, 5.0, rtol=1e-4)
-    assert noise_power(means, np.zeros(120, np.bool_), np.array([8.0]), False) == [0.0]
+    assert noise_of(means, np.zeros(120, np.bool_), np.array([8.0])) == [0.0]
+
+
+@pytest.mark.parametrize("holes", [False, True])
+@pytest.mark.parametrize("kind", ["noise", "steps", "falling"])
+@pytest.mark.parametrize("share", [1.0, 0.6, 0.01])
+def test_noise_of_windows_is_the_quantile_of_each(kind, share, holes):
+    rng = np.random.default_rng(9)
+    means = rng.exponential(1.0, (5, 400))
+    if kind == "steps":
+        means = np.rint(means)
+    elif kind == "falling":  # the lowest third of all is in the last windows
+        means *= 10.0 ** -np.linspace(0.0, 9.0, 400)
+    sounding = rng.random(400) < share
+    first, last = np.array([0, 0, 60, 100, 300, 400]), np.array([50, 120, 120, 300, 301, 400])
+    bias = rng.uniform(0.5, 1.0, 5)
+    noise = noise_power(means, sounding, (first, last), bias, holes)
+    for k, (begin, end) in enumerate(zip(first, last, strict=True)):
+        for b in range(5):
+            values = np.sort(means[b, begin:end][sounding[begin:end]])
+            if holes and len(values):
+                values = values[values >= 10.0**-5.5 * values[-1]]
+            expected = values[int(0.1 * len(values))] / bias[b] if len(values) else 0.0
+            assert noise[b, k] == expected
 
 
 def test_holes_are_no_background():
     means = np.concatenate((np.full(50, 1e-9), np.linspace(1.0, 2.0, 41), [3e3]))[None]
     sounding, bias = np.ones(92, np.bool_), np.array([0.5])
-    assert noise_power(means, sounding, bias, False) == [2e-9]
-    assert noise_power(means, sounding, bias, True) == pytest.approx([2.2])  # fourth of 42
+    assert noise_of(means, sounding, bias) == [2e-9]
+    assert noise_of(means, sounding, bias, holes=True) == pytest.approx([2.2])  # fourth of 42
     means[0, :50] = 0.02  # less than 55 dB below the strongest: no hole
-    assert noise_power(means, sounding, bias, True) == pytest.approx([0.04])
+    assert noise_of(means, sounding, bias, holes=True) == pytest.approx([0.04])
 
 
 def test_bands_that_empty_while_others_fill_are_those_of_a_codec():

@@ -100,6 +100,24 @@ def test_odds_are_higher_where_impacts_come_densely(seconds, more):
     assert calibrated(ODDS, Doubt(100.0, 0.0, 0.0), seconds, SPREAD)[3] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("errors", "pace", "share"),
+    [
+        (0.09, 10.0, 1.0),
+        (0.09, 20.0, 1.0),
+        (0.03, 10.0, 1.0),
+        (0.03, 20.0, 0.0),
+        (0.045, 15.684, 0.75),
+    ],
+)
+def test_few_octaves_raise_odds_unless_impacts_are_dense_and_clear(errors, pace, share):
+    # An expected F1 of 1 - errors; 15.684 is 13.5 e^0.15.
+    wrong = 100.0 * errors / (1.0 - errors)
+    doubt = Doubt(100.0, wrong, wrong)
+    few, many = (calibrated(ODDS[1:], doubt, 100.0 / pace, spread) for spread in (0.21, SPREAD))
+    np.testing.assert_allclose(few - many, share * 2.5 * np.log(0.21 / 0.16), atol=1e-4)
+
+
 def test_a_record_without_a_likely_impact_keeps_its_odds():
     np.testing.assert_array_equal(calibrated(ODDS, Doubt(), 0.0, SPREAD), ODDS)
 

@@ -61,3 +61,10 @@ def test_the_filter_stops_what_it_must_and_passes_the_octaves(rate):
         tone = np.cos(2 * np.pi * frequency * np.arange(4 * len(taps)) / rate)
         inside = filtered(tone, taps)[half:-half]
         np.testing.assert_allclose(inside, gain * tone[half:-half], atol=1e-4)
+
+
+def test_an_offset_is_filtered_out_to_the_ends_of_a_record():
+    scale = scale_at(8000.0)
+    bands = bands_at(8000.0, scale.hop)
+    taps = high_pass(scale, 8000.0, bands, 5)
+    assert np.abs(filtered(np.full(3000, 5.0), taps)).max() < 1e-3

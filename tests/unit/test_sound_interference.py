@@ -12,6 +12,7 @@ from impactsig.detect.sound._nearby import (
     greatest_near,
     greatest_within,
     number_as_high,
+    places_about,
     ranked,
 )
 from impactsig.detect.sound.powers.band_kernels import band_growth
@@ -162,6 +163,17 @@ def test_the_greatest_height_from_reach_before_until_reach_after(count, reach):
         height[(place >= at - reach) & (place < at + reach) | (place == at)].max() for at in place
     ]
     np.testing.assert_array_equal(greatest_near(place, height, reach), near)
+
+
+@pytest.mark.parametrize("count", [0, 1, 300])
+@pytest.mark.parametrize("in_order", [True, False])
+def test_places_about_others_are_those_of_a_binary_search(count, in_order):
+    rng = np.random.default_rng(8)
+    places, at = np.sort(rng.integers(0, 400, count)), rng.integers(-50, 450, 200) / 2.0
+    at = np.sort(at) if in_order else at
+    for before, after in ((0.0, 0.0), (2.5, 7.0), (1e4, 1e4)):
+        expected = np.searchsorted(places, (at - before, at + after))
+        np.testing.assert_array_equal(places_about(places, at, before, after), expected)
 
 
 def test_the_greatest_within_reach_is_that_of_padded_values():

@@ -48,6 +48,16 @@ def test_stretches_within_reach_of_one():
     assert reaching(blocks, 0, 0) == (0, 1)
 
 
+def test_samples_beside_a_window_end_where_those_of_the_segment_do():
+    x = np.arange(250)
+    for window in windows([Piece(7, x)], 100):
+        near, begins = window.beside(30)
+        first, last = max(window.first - 30, 0), min(window.first + 130, 250)
+        np.testing.assert_array_equal(near, x[first:last])
+        assert begins == window.first - first
+        assert np.shares_memory(near, x)
+
+
 @pytest.mark.parametrize("kind", ["whole", "every second", "channel", "gap"])
 def test_parts_that_follow_each_other_are_not_copied(kind):
     x = np.random.default_rng(1).standard_normal((400, 2))

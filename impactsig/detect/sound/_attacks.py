@@ -102,14 +102,15 @@ class Attacks:
         """Time the attacks in the next window."""
         if window.segment not in self.chosen:
             return
-        scale, rate, margin = self.scale, self.rate, self.more * self.scale.hop
+        scale, rate = self.scale, self.rate
         passage, first = self.chosen[window.segment], window.first // scale.hop
         here = slice(*np.searchsorted(passage.frame, (first, first + self.size)))
-        places = margin + (passage.frame[here] - first) * scale.hop
-        if not len(places):
+        if here.start == here.stop:
             return
-        raw, valid = window.samples(margin, margin, scale.hop)
+        raw, core = window.beside(self.more * scale.hop)
+        valid = 0, len(raw)
         x = raw if self.taps is None else filtered(raw, self.taps)
+        places = core + (passage.frame[here] - first) * scale.hop
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
@@ -132,7 +133,7 @@ class Attacks:
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, probability >= EVEN)
         self.beginnings.add(x, valid, attack[:, 0])
-        attack[:, 0] += window.segment + window.first - margin
+        attack[:, 0] += window.segment + window.first - core
         spread = passage.spread[here]
         tells = lone, sharp, rise, gradual, overload
         self.found.append(Measured(attack, probability, spread, *tells))

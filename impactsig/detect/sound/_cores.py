@@ -83,7 +83,7 @@ class Backgrounds:
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
         self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
-        self.below = bands_below(scale, self.bands)
+        self.below = bands_below(scale, self.rate, self.bands.hop)
         self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
@@ -120,38 +120,38 @@ class Backgrounds:
             _columns([getattr(one, name) for one in windows], skipped, last)
             for name in ("octaves", "low", "bands")
         )
-        noises = [np.empty((len(means), count)) for means in (octaves, low, bands)]
-        begin = at
+        ends = at + np.cumsum(blocks[first : first + count])
+        begins = ends - blocks[first : first + count]
+        begins = np.maximum(begins - self.within, 0)
+        ends = np.minimum(ends + self.within, len(sound))
+        of_near = begins - skipped, ends - skipped
+        near_parts = BLOCK // PART * begins, BLOCK // PART * ends
+        sound = sound[skipped:last]
+        noises = (
+            noise_power(parts, parts_sound, near_parts, self.part_bias, holes),
+            noise_power(low, sound, of_near, self.low_bias, holes),
+            noise_power(bands, sound, of_near, self.mean_bias, holes),
+        )
         for k in range(count):
-            begins, ends = reaching(blocks, first + k, self.within)
-            _, least, greatest, resolution, step = zip(*cores[begins:ends], strict=True)
+            of_octaves, of_low, of_bands = (noise[:, k] for noise in noises)
+            near = slice(*reaching(blocks, first + k, self.within))
+            _, least, greatest, resolution, step = zip(*cores[near], strict=True)
             toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
             size = max(-min(least), max(greatest))
             rounding = (max(resolution) * size) ** 2
-            end = begin + blocks[first + k]
-            near = slice(max(begin - self.within, 0), end + self.within)
-            begin = end
-            near_parts = slice(BLOCK // PART * near.start, BLOCK // PART * near.stop)
-            noise = noise_power(
-                parts[:, near_parts], parts_sound[near_parts], self.part_bias, holes
-            )
-            self.noise.append(noise)
+            self.noise.append(of_octaves.copy())
             self.with_holes += holes
-            self.below_step += middle(noise) < toggling * self.middle_gain / 3.0
-            noise = np.maximum(noise, toggling * self.gains)
-            noises[0][:, k] = np.maximum(noise, rounding)
-            of_near = slice(near.start - skipped, near.stop - skipped)
-            noise = noise_power(low[:, of_near], sound[near], self.low_bias, holes)
+            self.below_step += middle(of_octaves) < toggling * self.middle_gain / 3.0
+            np.maximum(of_octaves, np.maximum(toggling * self.gains, rounding), out=of_octaves)
             # White noise of rounding or of a step is about as strong in the next octaves.
-            noises[1][:, k] = np.maximum(noise, max(rounding, toggling * self.gains[-1]))
-            noise = noise_power(bands[:, of_near], sound[near], self.mean_bias, holes)
-            hum = hum_bands(noises[0][:, k], noise, self.hum_crests, self.below)
+            np.maximum(of_low, max(rounding, toggling * self.gains[-1]), out=of_low)
+            hum = hum_bands(of_octaves, of_bands, self.hum_crests, self.below)
             if hum:
-                crest = self.hum_crests[:, : self.below] @ noise[: self.below]
+                crest = self.hum_crests[:, : self.below] @ of_bands[: self.below]
                 self.hum = max(self.hum, hum)
-                self.hum_crest = max(self.hum_crest, float((crest / noises[0][:, k]).max()))
+                self.hum_crest = max(self.hum_crest, float((crest / of_octaves).max()))
             leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
-            noises[2][:, k] = np.maximum(noise, leakage)
+            np.maximum(of_bands, leakage, out=of_bands)
         out = []
         for noise, means in zip(noises, (octaves, low, bands), strict=True):
             out.append(np.empty((len(noise), windows[which].blocks)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ._kernels import GROUP
-from ._nearby_kernels import as_high_near, greatest_about, ranked_between
+from ._nearby_kernels import as_high_near, ends_about, greatest_about, ranked_between
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
@@ -68,7 +68,7 @@ def ranked(
                 if 0 <= at < high - low:
                     out[k] = np.partition(values[low:high], at)[at]
             return out
-        order = np.argsort(values)
+        order = np.argsort(np.asarray(values, float))  # faster than of single precision
     found = np.empty(len(first), np.int64)
     ranked_between(order, first, last, rank, found)
     out = values[found] if len(values) else np.zeros(len(found), values.dtype)
@@ -76,13 +76,24 @@ def ranked(
     return out
 
 
+def places_about(
+    places: np.ndarray, at: np.ndarray, before: float, after: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """First and end of the places, which ascend, from `before` each of `at` to less than `after`.
+
+    As by `np.searchsorted`, but sooner, as `at` ascends too.
+    """
+    first, last = np.empty((2, len(at)), np.int64)
+    ends_about(np.asarray(places, float), np.asarray(at, float), before, after, first, last)
+    return first, last
+
+
 def number_as_high(
     place: np.ndarray, height: np.ndarray, asked: np.ndarray, reach: float, share: float
 ) -> np.ndarray:
     """How many others at most `reach` from each given place are higher than a fraction of it."""
-    whole = int(reach)
-    first = np.searchsorted(place, place[asked] - whole)
-    last = np.searchsorted(place, place[asked] + whole, side="right")
+    whole = float(int(reach))
+    first, last = places_about(place, place[asked], whole, whole + 1.0)
     count = np.empty(len(asked), np.int64)
     as_high_near(height, asked, first, last, share, count)
     return count

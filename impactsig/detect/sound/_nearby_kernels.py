@@ -38,6 +38,26 @@ def stands_out(rise, j, spacing):
 
 
 @njit(nogil=True)
+def ends_about(places, at, before, after, first, last):
+    """Index of the first of ascending places at least at[k] - before, and at least at[k] + after.
+
+    Each is looked for from the one before, which is near if `at` ascends.
+    """
+    count, begin, end = len(places), 0, 0
+    for k in range(len(at)):
+        low, high = at[k] - before, at[k] + after
+        while begin > 0 and places[begin - 1] >= low:
+            begin -= 1
+        while begin < count and places[begin] < low:
+            begin += 1
+        while end > 0 and places[end - 1] >= high:
+            end -= 1
+        while end < count and places[end] < high:
+            end += 1
+        first[k], last[k] = begin, end
+
+
+@njit(nogil=True)
 def greatest_between(values, first, last, out):
     """out[k]: index of the maximum of values[first[k] : last[k]]; -1 if empty."""
     for k in range(len(out)):

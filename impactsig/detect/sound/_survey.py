@@ -216,7 +216,8 @@ class Survey:
             count,
             low,
             np.concatenate((long_parts, low_parts)),
-            *self.gate.narrow(fine, left * hop),
+            fine,
+            self.gate.fill_narrow(fine, left * hop),
             known,
             silent[2 : groups + 2],
             Levels(

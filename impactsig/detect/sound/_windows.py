@@ -20,7 +20,7 @@ class Window(NamedTuple):
     after: np.ndarray
 
     def samples(self, left: int, right: int, hop: int) -> tuple[np.ndarray, tuple[int, int]]:
-        """The core in whole hops and `left`, `right` samples beside it; the span that is real.
+        """The core in whole hops with `left`, `right` samples beside it; the span that is real.
 
         Beyond the ends of the segment its first and last samples go on.
         """
@@ -36,6 +36,11 @@ class Window(NamedTuple):
             parts.append(np.full(right - len(after), last))
         end = begin + len(before) + len(self.core) + len(after)
         return joined(parts), (begin, end)
+
+    def beside(self, most: int) -> tuple[np.ndarray, int]:
+        """The core with at most so many samples on either side, and where it begins there."""
+        before = self.before[max(len(self.before) - most, 0) :]
+        return joined([before, self.core, self.after[:most]]), len(before)
 
 
 def joined(parts: list[np.ndarray]) -> np.ndarray:

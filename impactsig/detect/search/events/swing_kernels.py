@@ -45,6 +45,8 @@ how many of these have a common level, and by how much narrower are those that s
 LOUD, EVEN, ALIKE, CREST = 2.0, 0.4, 2.0, 5.0
 """Times the noise of a second: louder noise; of that in one half, the least in the other; times
 what lies below the level, the most above it; and times the noise, its highest crest."""
+QUIET = 0.5
+"""Times the least noise: less in narrow responses shows at once that a stretch is not as loud."""
 FILLED = 0.2
 """Of the time: what pulses fill where they are no crests of noise."""
 FLANKS = HALF_SINE_GAIN * math.sqrt(1.125)
@@ -172,10 +174,11 @@ def _is_crest_of_noise(x, origin, rows, k, longest):
     length = max(int(BESIDE * longest), MEANS * width)
     if _contacts_around(rows, k, length) > FILLED * 2.0 * length:
         return False
-    before = _steady_noise(x, at - 4 * width - length, length, width)
-    if before <= LOUD * height / row[8] or height > CREST * before / EVEN:
+    least = max(LOUD * height / row[8], EVEN * height / CREST)
+    before = _steady_noise(x, at - 4 * width - length, length, width, least)
+    if before <= least:
         return False
-    after = _steady_noise(x, at + 4 * width, length, width)
+    after = _steady_noise(x, at + 4 * width, length, width, 0.0)
     if after > EVEN * before:
         before = math.sqrt(0.5 * (before**2 + min(after, before / EVEN) ** 2))
     return height < CREST * before
@@ -183,27 +186,31 @@ def _is_crest_of_noise(x, origin, rows, k, longest):
 
 @kernel
 def _contacts_around(rows, k, length):
-    """Sum of the contacts of pulses that begin within a length of pulse k [samples]."""
+    """Sum of the contacts of pulses that begin within a length of pulse k [samples].
+
+    All are looked at: where pulses touch, their starts are not in the order of their crests.
+    """
     total = 0.0
-    for step in (-1, 1):
-        j = k + step
-        while 0 <= j < len(rows) and abs(rows[j, 0] - rows[k, 0]) < length:
-            total += rows[j, 1] if int(rows[j, 5]) != NO_PULSE else 0.0
-            j += step
+    for j in range(len(rows)):
+        if j != k and abs(rows[j, 0] - rows[k, 0]) < length and int(rows[j, 5]) != NO_PULSE:
+            total += rows[j, 1]
     return total
 
 
 @allocating
-def _steady_noise(x, first, length, width):
+def _steady_noise(x, first, length, width, least):
     """Noise of responses of a width in a stretch; 0 unless all of it is there, and equally loud.
 
-    It is what lies below the level: impacts only go up. Where they are dense, more lies above.
+    It is what lies below the level: impacts only go up. Where they are dense, more lies above. It
+    is 0, too, where narrower responses, which have more noise, have much less than `least`.
     """
     if first < 0 or first + length > len(x):
         return 0.0
     values, level = np.empty(MEANS), np.empty(TOGETHER)
     _below_level(x, first, length, max(width // NARROW, 1), values, level)
     below = select(values, 0, MEANS - 1, 3 * MEANS // 4)
+    if FLANKS * below < QUIET * 0.6745 * least:
+        return 0.0
     above = -select(values, 0, MEANS - 1, MEANS // 4)
     if above > ALIKE * below:
         return 0.0

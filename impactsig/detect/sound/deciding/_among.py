@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import crowd, greatest_near, heard_share
+from .._nearby import crowd, greatest_near, heard_share, places_about
 from .candidates import HOPELESS
 from .crests import LEAST_OCTAVES, NEARBY, Crests
 
@@ -37,7 +37,7 @@ def odds_among(
     crests: Crests, by_bands: np.ndarray, audible: float, silent: np.ndarray, seconds: float
 ) -> np.ndarray:
     """Log-odds of crests among all others around them; -inf if far below 0."""
-    place, height, bands, borne_out, likelihood, greatest, clear, order, first, last = crests
+    place, height, bands, borne_out, likelihood, greatest, _, clear, order, first, last = crests
     bands_slope, likelihood_slope, often_slope, crowd_slope, loud_slope = OTHERS_SLOPES
     with np.errstate(divide="ignore"):
         needed = np.maximum(
@@ -58,7 +58,7 @@ def odds_among(
     at, near = place[asked], SHORTLY / seconds
     for within, (begin, end) in (
         (NEARBY, (first[asked], last[asked])),
-        (SHORTLY, np.searchsorted(place, (at - near, at + near))),
+        (SHORTLY, places_about(place, at, near, near)),
     ):
         share = heard_share(silent, at, within, seconds)
         reached = crowd(height, begin, end, within, share, order) / audible

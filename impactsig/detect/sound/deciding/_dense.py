@@ -17,31 +17,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import greatest_near, number_as_high
+from .._nearby import number_as_high
+from .crests import NEARBY, Crests
 
-WITHIN, MANY = 1.0, 30.0  # [s], crests a second
+MANY = 30.0  # crests a second
 AS_HIGH, LESS = 0.4, 0.13  # shares of the height
 OF_GREATEST = 0.3  # within a second
 ODDS, BETWEEN_SLOPE, HEIGHT_SLOPE = 3.0, 15.0, 6.5
 LEAST, TAILS = 2.0, 1.5  # times a; what tails are at most, where crests of all are as high
 
 
-def dense_odds(
-    place: np.ndarray, height: np.ndarray, clear: np.ndarray, audible: float, seconds: float
-) -> tuple[np.ndarray, np.ndarray]:
+def dense_odds(crests: Crests, audible: float, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Log-odds of crests, -inf where they are not dense, and which are but for their height.
 
     Parameters
     ----------
-    place, height, clear : ndarray
-        Frames of `seconds`, the rise in octaves there, and by what that exceeds earlier tails.
+    crests : Crests
+        Of the rise in octaves, in frames of `seconds`.
     audible : float
         Rise that noise reaches once in an hour.
     """
-    reach = WITHIN / seconds
-    asked = np.flatnonzero(height >= OF_GREATEST * greatest_near(place, height, reach))
+    place, height, clear, reach = crests.place, crests.height, crests.clear, NEARBY / seconds
+    asked = np.flatnonzero(height >= OF_GREATEST * crests.loudest)
     high = number_as_high(place, height, asked, reach, AS_HIGH)
-    many = high >= 2.0 * WITHIN * MANY
+    many = high >= 2.0 * NEARBY * MANY
     dense, high = asked[many], high[many]
     lower = number_as_high(place, height, dense, reach, LESS)
     odds, alike = np.full(len(place), -np.inf), np.zeros(len(place), bool)

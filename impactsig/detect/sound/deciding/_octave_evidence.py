@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import BLOCK
-from .._nearby import crowd, greatest_near, heard_share, ranked
+from .._nearby import crowd, heard_share, ranked
 from .._survey import SAMPLED, Passage
 from .crests import NEARBY, Crests, audible_rise
 
@@ -32,7 +32,7 @@ FAINT = 0.3  # evidence of nothing
 
 def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests."""
-    place, height, _, borne_out, likelihood, greatest, clear, order, first, last = crests
+    place, height, _, borne_out, likelihood, greatest, _, clear, order, first, last = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = audible_rise(spread)
     evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
@@ -41,8 +41,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     near = ~far
     silent = np.concatenate(passage.silent)
     rattle = rattling(np.concatenate(passage.octaves), silent, place[near], seconds)
-    loudest = greatest_near(place, height, NEARBY / seconds)[near]
-    without_crowd = np.minimum(FEW * audible, TAIL * loudest + STEADY * rattle)
+    without_crowd = np.minimum(FEW * audible, TAIL * crests.loudest[near] + STEADY * rattle)
     share = heard_share(silent, place[near], NEARBY, seconds)
     reached = crowd(height, first[near], last[near], NEARBY, share, order)
     crowded = ABOVE * (reached - IN_NOISE * spread)

@@ -37,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, number_as_high, rate_of_others
+from .._nearby import greatest_within, nearest_group, number_as_high, places_about, rate_of_others
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
 from .._survey import Passage
@@ -127,7 +127,7 @@ def settled(
     group = nearest_group(frame, len(known))
     which = np.flatnonzero(vague & (odds > 0.0) & known[group])
     at = frame[which] / STEP
-    first, last = np.searchsorted(crest, (at - HEARD_FAR / per, at + HEARD_FAR / per))
+    first, last = places_about(crest, at, HEARD_FAR / per, HEARD_FAR / per)
     best = np.empty(len(which), np.int64)
     greatest_between(h[crest], first, last, best)
     here = greatest_beside(h, frame[which] // STEP, round(AT_ONCE / per))
@@ -187,7 +187,7 @@ def by_octave(
     place = STEP * crest
     at = nearest_group(place, len(bands))
     likely = frame[odds > 0.0]
-    low, high = np.searchsorted(likely, (place - ALONE / seconds, place + ALONE / seconds))
+    low, high = places_about(likely, place, ALONE / seconds, ALONE / seconds)
     which = np.flatnonzero((h[crest] > NOISE) & (low == high) & known[at])
     crest_h = h[crest]
     number = number_as_high(crest, crest_h, which, CROWD / per, AS_HIGH) + 1
@@ -208,7 +208,7 @@ def one_of_each(
     frame: np.ndarray, odds: np.ndarray, own: Own, reach: float
 ) -> tuple[np.ndarray, Own]:
     """The odds of crests, raised to those of crests of H within `reach`, and the others of H."""
-    first, last = np.searchsorted(frame, (own.frame - reach, own.frame + reach))
+    first, last = places_about(frame, own.frame, reach, reach)
     best = np.empty(len(own.frame), np.int64)
     greatest_between(odds, first, last, best)
     alone = best < 0

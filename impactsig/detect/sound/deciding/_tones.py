@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, ranked, separate_crests
+from .._nearby import greatest_within, nearest_group, places_about, ranked, separate_crests
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
 from .candidates import Candidates, with_others
@@ -56,23 +56,24 @@ def with_tones(
     per = GROUP * seconds
     g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
     crest = separate_crests(g, round(APART / per))
-    crest = crest[g[crest] > SWELLING]
-    growth = growth_near(passage, b, GROUP * crest)
-    crest, tones = tone_odds(crest, g, greatest_within(b, 2), growth, round(NEARBY / per))
+    weak = crest[(g[crest] > SWELLING) & (g[crest] <= FAINTEST)]
+    crest = crest[g[crest] > FAINTEST]
     frame, odds = found.frame, found.odds.copy()
-    middle = GROUP * crest
-    first, last = np.searchsorted(frame, (middle - SOONER / seconds, middle + LATER / seconds))
+    first, last = places_about(frame, GROUP * crest, SOONER / seconds, LATER / seconds)
     best = np.empty(len(crest), np.int64)
     greatest_between(odds, first, last, best)
-    beside = np.full(len(crest), -np.inf)
-    beside[best >= 0] = odds[best[best >= 0]]
-    heard = np.flatnonzero((tones > beside) & (beside < 0.0))
+    beside = np.append(odds, -np.inf)[best]
+    asked = beside < 0.0
+    asked[asked] = growth_near(passage, b, GROUP * crest[asked]) <= GROWS_ON
+    crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
+    tones = tone_odds(crest, weak, g, greatest_within(b, 2), round(NEARBY / per))
+    heard = np.flatnonzero(tones > beside)
     if not len(heard):
         return found
+    middle = GROUP * crest
     near = middle[heard] - BEFORE / seconds
-    first_near, last_near = np.searchsorted(
-        crests.place, (near - 3.0 * SPREAD / seconds, near + 3.0 * SPREAD / seconds)
-    )
+    reach = 3.0 * SPREAD / seconds
+    first_near, last_near = places_about(crests.place, near, reach, reach)
     onset, off = likeliest_onset(crests, audible, near, first_near, last_near, seconds)
     clear = onset >= 0
     for k in heard:
@@ -83,23 +84,20 @@ def with_tones(
 
 
 def tone_odds(
-    crests: np.ndarray, g: np.ndarray, b: np.ndarray, growth: np.ndarray, reach: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Crests of G that may be impacts, with log-odds relative to those within `reach`.
+    crest: np.ndarray, weak: np.ndarray, g: np.ndarray, b: np.ndarray, reach: int
+) -> np.ndarray:
+    """Log-odds of crests of G, relative to all within `reach`.
 
     Parameters
     ----------
-    crests : ndarray of int
-        Indices of `g`, which is G of each frame; `reach` is a second.
+    crest, weak : ndarray of int
+        Indices of `g`, which is G of each frame: crests above FAINTEST, and all others above
+        SWELLING. `reach` is a second.
     b : ndarray
         B, the greatest within two frames.
-    growth : ndarray
-        By how much the bands that rise go on to rise [neper], of each crest.
     """
     ln_g, ln_b, ln_median, ln_loud = SLOPES
-    crest = crests[(g[crests] > FAINTEST) & (growth <= GROWS_ON)]
-    weak = crests[(g[crests] > SWELLING) & (g[crests] <= FAINTEST)]
-    low, high = np.searchsorted(weak, (crest - reach, crest + reach + 1))
+    low, high = places_about(weak, crest, reach, reach + 1.0)
     swells = PER_CREST * np.minimum(0.5 * (high - low), MOST_CRESTS)
     size = min(2 * reach + 1, len(g))
     first = np.clip(crest - reach, 0, len(g) - size)
@@ -113,7 +111,7 @@ def tone_odds(
     odds -= ln_median * np.log(median + LEAST_MEDIAN)
     odds -= ln_loud * np.log(np.maximum(loud, LEAST_LOUD))
     odds -= SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
-    return crest, np.minimum(odds, g[crest] - NOISE - swells)
+    return np.asarray(np.minimum(odds, g[crest] - NOISE - swells))
 
 
 def likeliest_onset(

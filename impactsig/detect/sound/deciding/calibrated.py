@@ -7,12 +7,14 @@ and most that seem improbable are impacts. With F the F1 that the odds imply
 (`doubt.py`), c = max(0, 1 - (1 - F) / 0.03), r likely impacts a second and sigma the standard
 deviation of the rise in octaves in noise, the log-odds x become
 
-    (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3) + 2.5 k f),
+    (1 + s c) x + d (0.7 c^2 min(1, r / 13.5) + min(8 max(0, ln(r / 13.5)), 3) + 2.5 k f g),
     d = (1 - 0.4 c) (1 - c^16),
     k = max(0, ln(sigma / 0.16)),    f = min(1, (r - 6) / 4), 0 where fewer than 6 a second come,
+    g = 1 - min(1, ln(r / 13.5) / 0.3) min(1, 2 - (1 - F) / 0.03), each between 0 and 1,
 
 s = 0.75 where x > 0, else 0.5. Where the rise is taken over few octaves (k > 0: rates below 13
-kHz), its greatest values in noise are far above usual ones, and impacts stand less above these. If
+kHz), its greatest values in noise are far above usual ones, and impacts stand less above these; but
+if they are dense and yet clear (g = 0), crests in doubt are impacts no more often for it. If
 nothing is in doubt, improbable crests are not impacts. Fitted to synthetic sound of 3 to 28 impacts
 a second, 6 to 30 dB above noise, at 8 to 44 kHz.
 
@@ -71,10 +73,12 @@ def calibrated(odds: np.ndarray, doubt: Doubt, seconds: float, spread: float) ->
     more = EVEN * clear**2 * min(pace, 1.0)
     more += min(DENSE_SLOPE * math.log(max(pace, 1.0)), DENSE_MOST)
     many = min(max((doubt.right / seconds - FEW) / (MANY - FEW), 0.0), 1.0)
-    more += FEWER_OCTAVES * math.log(max(spread / COARSE, 1.0)) * many
+    dense_but_clear = crowding(pace) * min(max(2.0 - (1.0 - doubt.f1) / DOUBTFUL, 0.0), 1.0)
+    coarse = math.log(max(spread / COARSE, 1.0))
+    more += FEWER_OCTAVES * coarse * many * (1.0 - dense_but_clear)
     more *= (1.0 - SEEN * clear) * (1.0 - clear**CERTAIN)
     hidden = rising(doubt) * many
-    more += hidden * lost(doubt, seconds, spread)
+    more += hidden * lost(doubt, seconds, spread, pace)
     slope = 1.0 + np.where(odds > 0.0, clear * above, clear * below + BLURRED * hidden)
     turned: np.ndarray = odds * slope + more
     return turned
@@ -86,15 +90,19 @@ def rising(doubt: Doubt) -> float:
     return min(max((RISING - falls) / RISING_WITHIN, 0.0), 1.0)
 
 
-def lost(doubt: Doubt, seconds: float, spread: float) -> float:
+def crowding(pace: float) -> float:
+    """How much denser than DENSE impacts are that come `pace` times as densely: from 0 to 1."""
+    return min(math.log(max(pace, 1.0)) / DENSELY, 1.0)
+
+
+def lost(doubt: Doubt, seconds: float, spread: float, pace: float) -> float:
     """Log-odds that impacts lose where they hide each other's evidence."""
-    dense = math.log(max(doubt.right / (DENSE * seconds), 1.0)) / DENSELY
     errors = min(max(1.0 - doubt.f1, DOUBTFUL), MOST_ERRORS) / DOUBTFUL
     noisy = math.log((doubt.improbable / seconds + RARE) / (doubt.below / seconds + RARE))
     coarser = math.log(min(max(spread / USUAL, 0.6), 2.7))
     return (
         MORE
-        - LESS_DENSE * min(dense, 1.0)
+        - LESS_DENSE * crowding(pace)
         + COARSER * coarser
         + HIDDEN * math.log(errors)
         - NOISY * min(max(noisy, -2.0), 3.0)

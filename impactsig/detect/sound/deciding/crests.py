@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_near, greatest_within, local_mean, nearest_group
+from .._nearby import greatest_near, greatest_within, local_mean, nearest_group, places_about
 from .._survey import Passage
 from ._tails import beyond_tails
 
@@ -34,6 +34,7 @@ class Crests(NamedTuple):
     borne_out: np.ndarray  # this over what a rise in octaves needs
     likelihood: np.ndarray  # the greatest G nearby
     greatest: np.ndarray  # bool: none within ALONE exceeds it
+    loudest: np.ndarray  # the greatest C within NEARBY
     clear: np.ndarray  # C, but no more than it exceeds the tails of those before it by
     order: np.ndarray  # sorts the heights
     first: np.ndarray  # of those within NEARBY of each
@@ -57,8 +58,9 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
     likelihood[~known] = np.inf
     greatest = height >= greatest_near(place, height, ALONE / seconds)
+    loudest = greatest_near(place, height, NEARBY / seconds)
     borne_out = np.where(known, bands / needed, np.inf)
     clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
-    order, reach = np.argsort(height), NEARBY / seconds
-    first, last = np.searchsorted(place, (place - reach, place + reach))
-    return Crests(place, height, bands, borne_out, likelihood, greatest, clear, order, first, last)
+    near = places_about(place, place, NEARBY / seconds, NEARBY / seconds)
+    evidence = bands, borne_out, likelihood, greatest, loudest, clear
+    return Crests(place, height, *evidence, np.argsort(height), *near)

@@ -33,7 +33,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP, Scale
-from .._nearby import rate_of_others, separate_crests
+from .._nearby import places_about, rate_of_others, separate_crests
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
 from ._among import AMONG, odds_among
@@ -70,7 +70,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
     middle = GROUP * crest
-    first, last = np.searchsorted(place, (middle - SOONER / seconds, middle + LATER / seconds))
+    first, last = places_about(place, middle, SOONER / seconds, LATER / seconds)
     best = np.empty(len(crest), np.int64)
     greatest_between(height, first, last, best)
     alone = best < 0
@@ -87,7 +87,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     grows = growth_near(passage, b, frame) > GROWS_ON
     grows[: len(place)] &= height < AMONG * audible
     odds = octave_odds(by_octaves, often)
-    dense, crowd = dense_odds(place, height, crests.clear, audible, seconds)
+    dense, crowd = dense_odds(crests, audible, seconds)
     odds[: len(place)] = np.maximum(odds[: len(place)], np.maximum(among, dense))
     bands = band_odds(np.where(grows, 0.0, by_bands))
     narrow, odds = bands > odds, np.maximum(bands, odds)

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import nearest_group
+from .._nearby import nearest_group, places_about
 from .._rise_kernels import STEP
 from .._survey import Passage
 from ._rise_odds import HERE, greatest_beside
@@ -87,7 +87,7 @@ def gradual_odds(
         return out
     power = np.empty((len(edges) - 1, np.count_nonzero(asked)))
     powers_beside(x, attack[asked], valid, edges, lags, power)
-    size = np.diff(edges)
+    size = np.diff(edges).astype(float)
 
     def mean(first: int, last: int) -> np.ndarray:
         parts = slice(first, last)
@@ -95,9 +95,10 @@ def gradual_odds(
 
     heard = (power > 0.0).all(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
+        earlier = mean(1, 3)
         rise = np.log(mean(4, 6) / mean(2, 4))
-        wide = np.log(mean(5, 7) / mean(1, 3))
-        before = np.log(mean(1, 3) / mean(0, 1))
+        wide = np.log(mean(5, 7) / earlier)
+        before = np.log(earlier / mean(0, 1))
         odds = steady[asked] + OF_R * np.clip(rise, LEAST, SUDDEN)
         odds += OF_S * np.clip(wide, LEAST, MOST_S)
         odds += OF_BEFORE * np.clip(before, LEAST, MOST_BEFORE)
@@ -114,6 +115,6 @@ def most_odds_beside(instant: np.ndarray, odds: np.ndarray, likely: np.ndarray) 
     if not gradual.any():
         return odds + ALONE
     total = np.append(0, np.cumsum(gradual))
-    first, last = np.searchsorted(instant, (instant - NEAR, instant + NEAR))
+    first, last = places_about(instant, instant, NEAR, NEAR)
     others = np.minimum(total[last] - total[first] - gradual, MOST_OTHERS)
     return np.asarray(odds + ALONE + EACH * others)

@@ -23,7 +23,9 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP, Scale
+from .._nearby import places_about
 from ..powers.bands import Spectrum
+from ._overload_kernels import number_beyond
 
 NEAR_LIMIT, LOADED = 0.8, 0.05  # of half the range, and share of samples beyond it
 LOADED_WITHIN = 30e-3, 15e-3  # [s], before and after the attack
@@ -35,8 +37,7 @@ SLOPE, NONE, EVEN = 4.0, 0.02, 0.07  # of the log-odds, N of nothing, and N + NO
 
 def may_be_edges(instant: np.ndarray, by_octaves: np.ndarray) -> np.ndarray:
     """Which rises at these instants [s], in order, are sparse and little shown by octaves."""
-    ends = instant - CROWD_WITHIN, instant + CROWD_WITHIN
-    first, last = np.searchsorted(instant, ends)
+    first, last = places_about(instant, instant, CROWD_WITHIN, CROWD_WITHIN)
     return np.asarray((by_octaves < OCTAVES) & (last - first <= CROWD))
 
 
@@ -73,14 +74,15 @@ def overload_odds(
     asked &= place + (frames - first) * hop + size // 2 < valid[1]
     which = np.flatnonzero(asked)
     if len(which):
-        near = _stretches(x, place[which] - early, early + late)
-        beyond = np.count_nonzero(np.abs(near - middle) > NEAR_LIMIT * half, axis=1)
+        beyond = np.empty(len(which), np.int64)
+        number_beyond(x, place[which] - early, early + late, middle, NEAR_LIMIT * half, beyond)
         which = which[beyond >= LOADED * (early + late)]
     if not len(which):
         return out
     # All stretches in a row, since many frames are transformed side by side.
     wide = frames - 1 + -(-size // hop)
-    row = _stretches(x, begin[which], wide * hop).ravel()
+    stretches = np.lib.stride_tricks.sliding_window_view(x, wide * hop)
+    row = stretches[begin[which]].ravel()
     begins = wide * np.arange(len(which))
     power = spectrum.powers(row, size // 2, begins[-1] + frames)
     ends = np.add.outer(begins, (0, past, fresh, frames)).ravel()
@@ -95,8 +97,3 @@ def overload_odds(
     some = count > 0
     out[which[some]] = SLOPE * np.log((total[some] / count[some] + NONE) / EVEN)
     return out
-
-
-def _stretches(x: np.ndarray, first: np.ndarray, size: int) -> np.ndarray:
-    """So many samples from each of the first on."""
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(x, size)[first])

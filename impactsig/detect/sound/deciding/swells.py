@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from .._nearby import ranked
+from .._nearby import places_about, ranked
 from ._swell_kernels import powers_beside
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
@@ -35,7 +35,7 @@ SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each nepe
 
 def crowds(instant: np.ndarray) -> np.ndarray:
     """Which of the instants [s], in order, have a CROWD about them."""
-    first, last = np.searchsorted(instant, (instant - WITHIN, instant + WITHIN))
+    first, last = places_about(instant, instant, WITHIN, WITHIN)
     return np.asarray(last - first > CROWD)
 
 
@@ -71,7 +71,7 @@ def most_odds(
     if not known.any():
         return np.full(len(instant), np.inf)
     pool = known & likely
-    first, last = np.searchsorted(instant[pool], (instant - WITHIN, instant + WITHIN))
+    first, last = places_about(instant[pool], instant, WITHIN, WITHIN)
     middle = (last - first) // 2
     slow = ranked(rise[pool], first, last, middle)
     gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...._compiling.compiled import njit
+from .._core_kernels import extremes
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
@@ -98,7 +99,7 @@ def bridge(x, shortest, longest, step, out):
     are any.
     """
     count, off, i, looked = 0, STEPS * step, BESIDE, 0
-    least, greatest = x[0], x[0]
+    least = greatest = np.float64(x[0])
     while i < len(x) - BESIDE:
         if i >= looked:  # whether any of the next ones equals that before it, in vector lanes
             looked, equal = min(i + SIDE_BY_SIDE, len(x) - 1), 0
@@ -127,7 +128,7 @@ def bridge(x, shortest, longest, step, out):
         if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
             continue
         if least == greatest:
-            least, greatest = x.min(), x.max()
+            least, greatest, _ = extremes(x)  # in vector lanes
         if base in (least, greatest):
             continue
         if count == 0:

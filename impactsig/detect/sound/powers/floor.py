@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._floor_kernels import low_quantiles
 from .holes import DEEP
 
 QUANTILE, NORMAL_QUANTILE = 0.1, -1.2815515655446004
@@ -29,19 +30,23 @@ def quantile_bias(freedom: np.ndarray) -> np.ndarray:
 
 
 def noise_power(
-    means: np.ndarray, sounding: np.ndarray, bias: np.ndarray, holes: bool
+    means: np.ndarray,
+    sounding: np.ndarray,
+    windows: tuple[np.ndarray, np.ndarray],
+    bias: np.ndarray,
+    holes: bool,
 ) -> np.ndarray:
-    """N of each band from means (bands, groups) and their bias; 0 if no group is `sounding`.
+    """N of each band and window (bands, windows); 0 if no group is `sounding`.
 
-    With `holes`, what is DEEP below the strongest of a band is left out.
+    Parameters
+    ----------
+    means : (bands, groups)
+    sounding : which groups count
+    windows : first group of each, and before which it ends; neither falls
+    bias : that of the means, by `quantile_bias`
+    holes : bool
+        Whether what is DEEP below the strongest of a band is left out.
     """
-    kept = means if sounding.all() else means[:, sounding]
-    if not kept.shape[1]:
-        return np.zeros(len(means))
-    place = int(QUANTILE * kept.shape[1])
-    if not holes:
-        return np.partition(kept, place, axis=1)[:, place] / bias
-    ordered = np.sort(kept, axis=1)
-    empty = np.count_nonzero(ordered < DEEP * ordered[:, -1:], axis=1)
-    places = empty + (QUANTILE * (kept.shape[1] - empty)).astype(int)
-    return np.take_along_axis(ordered, places[:, None], axis=1)[:, 0] / bias
+    out = np.empty((len(means), len(windows[0])))
+    low_quantiles(means, sounding, *windows, QUANTILE, DEEP if holes else 0.0, out)
+    return np.asarray(out / bias[:, None])

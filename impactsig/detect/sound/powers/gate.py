@@ -88,18 +88,18 @@ class Gate:
         self.octaves_held = power[:, next_held].copy()
         return x, power
 
-    def narrow(self, power: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
-        """Powers of the narrow bands (bands, frames), and where the gate closes in their windows.
+    def fill_narrow(self, power: np.ndarray, left: int) -> np.ndarray:
+        """Complete the powers of the narrow bands (bands, frames); where the gate closes in them.
 
-        The first frame is centred on x[left].
+        The window of the first frame is centred on x[left].
         """
+        closes = np.zeros(power.shape[1], np.bool_)
         if self.silent is None:
             self.share = 1.0
-            return power, np.zeros(power.shape[1], np.bool_)
+            return closes
         share = np.empty(power.shape[1])
         heard_shares(self.silent, left, GROUP * self.scale.hop, self.bands.window, share)
-        power = power.copy()
-        closes = share < np.append(self.share, share[:-1])
+        np.less(share, np.append(self.share, share[:-1]), out=closes)
         hold_bands(power, share, closes, self.bands_held)
         self.share = share[-1]
-        return power, closes
+        return closes

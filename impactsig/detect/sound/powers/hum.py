@@ -65,9 +65,10 @@ def lowest(scale: Scale) -> float:
     return float(2.0 ** -(scale.octaves + 1.0))
 
 
-def bands_below(scale: Scale, bands: Bands) -> int:
+@functools.lru_cache(maxsize=8)
+def bands_below(scale: Scale, rate: float, hop: int) -> int:
     """Number of narrow bands below the octaves."""
-    return int(np.count_nonzero(centres(bands) < lowest(scale)))
+    return int(np.count_nonzero(centres(bands_at(rate, hop)) < lowest(scale)))
 
 
 def hum_bands(octaves: np.ndarray, bands: np.ndarray, crests: np.ndarray, below: int) -> int:
@@ -98,7 +99,8 @@ def high_pass(scale: Scale, rate: float, bands: Bands, stopped: int) -> np.ndarr
 
 
 def filtered(x: np.ndarray, taps: np.ndarray) -> np.ndarray:
-    """Samples behind a symmetric filter; half its length is spoilt at either end."""
+    """Samples behind a symmetric filter, as if the first and the last of them went on."""
     from scipy import signal
 
-    return np.asarray(signal.oaconvolve(x.astype(float), taps, mode="same"))
+    half = len(taps) // 2
+    return np.asarray(signal.oaconvolve(np.pad(x.astype(float), half, "edge"), taps, mode="valid"))

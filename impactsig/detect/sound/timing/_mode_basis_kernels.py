@@ -24,29 +24,52 @@ def orthonormal(columns, count, parts, begin, shifts, basis, grams):
     by no more than rounding is nothing. The last two are freed from these. Sample 0 is column
     `begin` at shift 0; rows of the basis that are not needed come first, and are zeros.
     """
-    spare = basis.shape[1] - len(columns)
+    spare, whole = basis.shape[1] - len(columns), -(-columns.shape[1] // parts)
+    apart = np.empty((parts, len(columns), whole))  # values a sample apart lie side by side
+    for c in range(len(columns)):
+        for part in range(parts):
+            own, values = apart[part, c], columns[c, part:]
+            for k in range((len(values) - 1) // parts + 1):
+                own[k] = values[k * parts]
     for j in range(len(shifts)):
         basis[j, :spare] = 0.0
         rows, first = basis[j, spare:], begin - shifts[j]
         for c in range(len(columns)):
-            row, own = rows[c], columns[c]
+            row, own = rows[c], apart[first % parts, c, first // parts :]
             for k in range(len(row)):
-                row[k] = own[first + k * parts]
+                row[k] = own[k]
             before, square = product(row, row), 0.0
             for turn in range(2):
                 if turn and square >= LOST * before:
                     break
-                for other in range(min(c, count)):
+                done = 0
+                while done + 4 <= min(c, count):
+                    free_of_four(row, rows[done], rows[done + 1], rows[done + 2], rows[done + 3])
+                    done += 4
+                for other in range(done, min(c, count)):
                     add_times(-product(row, rows[other]), rows[other], row)
                 square = product(row, row)
             if c < count:
-                size = math.sqrt(square)
+                scale = 1.0 / math.sqrt(square) if square > ROUNDED * before else 0.0
                 for k in range(len(row)):
-                    row[k] = row[k] / size if square > ROUNDED * before else 0.0
+                    row[k] *= scale
             elif c == count:
                 grams[0, j] = square
             else:
                 grams[1, j], grams[2, j] = square, product(row, rows[count])
+
+
+@reordered
+def free_of_four(row, p, q, r, s):
+    """Take what a row has of four orthonormal ones off it."""
+    a = b = c = d = 0.0
+    for k in range(len(row)):
+        a += row[k] * p[k]
+        b += row[k] * q[k]
+        c += row[k] * r[k]
+        d += row[k] * s[k]
+    for k in range(len(row)):
+        row[k] -= a * p[k] + b * q[k] + c * r[k] + d * s[k]
 
 
 @reordered

@@ -125,6 +125,7 @@ def _most_probable(
 
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
         other = behind(exponents, response)
+        other.prior = model.prior
         other.learn(other.projected_there(held, LOUD), EXACT, beaten)
         return other
 

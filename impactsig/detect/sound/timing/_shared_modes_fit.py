@@ -19,7 +19,7 @@ from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
 NEAR = 0.3e-3  # [s], by which the first fit may be off
-CLOSE = 3  # samples on either side of the origin by which models are compared
+CLOSE = 3  # samples on either side of the origin by which models learn and are compared
 LEAST = 8  # sounds that a model is learned from
 PRIORS = (1e-2, 3e-3, 1e-3, 4e-4, 2e-4)  # variance of the impulse, over the energy
 BY_PRIOR = float(np.log(PRIORS[0] / PRIORS[-1])) + 1.0  # most that another prior gains
@@ -74,9 +74,9 @@ class Model:
 
     @functools.cached_property
     def close(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same at those by which models are compared."""
-        most = min(PARTS * CLOSE, self.near)
-        return self._at(np.arange(-most, most + 1))
+        """The same at those by which models learn and are compared."""
+        most = PARTS * CLOSE
+        return self._at(np.arange(-most, most + 1)) if most < self.near else self.fine
 
     def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of Q' and K' at each shift, (shifts, rows, samples), behind rows of zeros.
@@ -180,11 +180,12 @@ class Model:
     def learn(self, held: Projected, least: float, beaten: float = -np.inf) -> None:
         """Set the prior and the error that make the sounds most probable.
 
-        The first prior has to do where no other one can come up to an evidence of `beaten`. What
-        has learned before begins beside the prior that it has.
+        The prior that it has, which is the first one tried, has to do where no other one can come
+        up to an evidence of `beaten`.
         """
-        begin = PRIORS.index(self.prior[0]) - 1 if np.isfinite(self.evidence) else 0
-        priors = BOTH_PRIORS[max(begin, 0) :]
+        begin, priors = PRIORS.index(self.prior[0]), BOTH_PRIORS
+        if not self.parts[1].any():  # without a filter all are the same
+            begin, priors = 0, BOTH_PRIORS[:1]
         self.evidence = -np.inf
         energy, fine = self._near(held)
         if len(energy) < LEAST:
@@ -196,7 +197,8 @@ class Model:
             1.0 / PARTS,
             self.noise,
             self.freedom,
-            priors if self.parts[1].any() else BOTH_PRIORS[:1],  # without a filter all are the same
+            priors,
+            begin,
             FIRST_ERROR,
             least,
             beaten - BY_PRIOR,
@@ -216,13 +218,13 @@ class Model:
         there, origin = held.there[some], held.begins[some]
         energy, fine = energy[some].copy(), fine[some].copy()  # one layout for the kernel
         out, floor = np.empty((len(there), 3)), (self.noise, self.error)
-        weigh(fine, energy, self.fine[1], 1.0 / PARTS, floor, self.freedom, self.prior, out)
+        weigh(fine, energy, held.grams, 1.0 / PARTS, floor, self.freedom, self.prior, out)
         own = self.noise / energy
         alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
         if len(alike) < LEAST:
             return
         own, which = own[alike], held.which[there[alike]]
-        left, change = np.empty((2, len(alike), self.fine[0].shape[2]))
+        left, change = np.empty((2, len(alike), self.close[0].shape[2]))
         leave_and_change(
             held.sounds,
             which,
@@ -230,7 +232,7 @@ class Model:
             PARTS * out[alike, 0],
             own + self.error,
             self.prior,
-            *self.fine,
+            *self.close,
             left,
             change,
         )
@@ -251,7 +253,7 @@ class Model:
         place(held.whole, held.energy, gram, self.near // PARTS, floor, self.prior, shift, beyond)
         held.there = np.flatnonzero(shift >= 0)
         held.begins = (held.first + shift)[held.there] - len(basis) // 2
-        basis, held.grams = self.fine
+        basis, held.grams = self.close
         held.energy_there, held.fine = _projections(
             held.sounds, held.which[held.there], held.begins, basis
         )

@@ -9,7 +9,7 @@ import numpy as np
 from ...._compiling.compiled import kernel
 from .._attack_kernels import innovations
 from .._lane_kernels import fused, sum_of_squares
-from ._filter_kernels import add_products, filtered_at, taps_at
+from ._filter_kernels import filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 4  # places between two samples that a crossing is looked for at
@@ -59,41 +59,49 @@ def add_rings(sounds, first, size, noise, rows, total):
     """Add the lagged products of the ring of each sound over its energy, and return the noise.
 
     A ring is the part of `size` samples from first[i] on; those that a sound does not hold, or of
-    no more than the FAINTEST energy, do not count. The noise is that of so many rows.
+    no more than the FAINTEST energy, do not count. The noise is that of so many rows. Of a ring y,
+    total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so many rows.
     """
-    floor = 0.0
+    floor, products, few = 0.0, np.zeros((size, size)), np.zeros((4, size))
+    held = 0
     for i in range(len(sounds)):
         if first[i] < 0 or first[i] + size > sounds.shape[1]:
             continue
         ring = sounds[i, first[i] : first[i] + size]
         energy = sum_of_squares(ring)
         if energy > FAINTEST:
-            add_lagged_products(ring, rows, 1.0 / energy, total)
+            scale = 1.0 / math.sqrt(energy)
+            for k in range(size):
+                few[held, k] = scale * ring[k]
             floor += rows * noise / energy
+            held += 1
+        if held == len(few):
+            add_outer_products(few[0], few[1], few[2], few[3], products)
+            held = 0
+    few[held:] = 0.0
+    add_outer_products(few[0], few[1], few[2], few[3], products)
+    # Along a diagonal one product comes and one goes: from its end on, for sounds decay, and sums
+    # lose no digits as terms are added that are greater.
+    width = len(total)
+    for apart in range(width):
+        value = 0.0
+        for k in range(size - 1 - apart, -1, -1):
+            value += products[k, k + apart]
+            if k + rows + apart < size:
+                value -= products[k + rows, k + rows + apart]
+            if k + apart < width:
+                total[k, k + apart] += value
     return floor
 
 
 @fused
-def add_lagged_products(ring, rows, factor, total):
-    """Add to total[i, j], i <= j, the factor times H'H, H[k, i] = ring[k + i] with so many rows.
-
-    Along a diagonal one product comes and one goes: from the last column on, for sounds decay, and
-    sums lose no digits as terms are added that are greater.
-    """
-    width = len(total)
-    sums, values = np.empty((4, width)), np.empty(width)
-    add_products(ring, 0, 1, ring[width - 1 : width - 1 + rows], width, sums)
-    for i in range(width):
-        values[i] = (sums[0, i] + sums[1, i]) + (sums[2, i] + sums[3, i])
-        total[i, width - 1] += factor * values[i]
-    for back in range(1, width):  # all diagonals side by side
-        b = width - 1 - back
-        comes, goes, value = ring[b], ring[b + rows], values[back:]
-        head, tail = ring[: width - back], ring[rows : rows + width - back]
-        for a in range(width - back):
-            value[a] += head[a] * comes - tail[a] * goes
-        for a in range(width - back):
-            total[a, b] += factor * value[a]
+def add_outer_products(p, q, r, s, out):
+    """Add to out[i, j], i <= j, the product of elements i and j of each of four rows."""
+    for i in range(len(p)):
+        a, b, c, d = p[i], q[i], r[i], s[i]
+        row, pi, qi, ri, si = out[i, i:], p[i:], q[i:], r[i:], s[i:]
+        for j in range(len(row)):
+            row[j] += a * pi[j] + b * qi[j] + c * ri[j] + d * si[j]
 
 
 @fused

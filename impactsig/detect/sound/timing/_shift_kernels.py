@@ -111,46 +111,60 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
 
 @fused
 def most_probable(
-    projections, energy, grams, step, noise, freedom, priors, first_error, least, enough
+    projections, energy, grams, step, noise, freedom, priors, begin, first_error, least, enough
 ):
     """Mean evidence of sounds, variance of the impulse and error that make it greatest.
 
-    Variances are tried in sequence, up to the first that is no better, or not `enough`: there is
-    one maximum. The error is what is left in the median beyond noise, at least the `least`.
+    Variances are tried in sequence from the one at `begin` on, up to the first that is no better,
+    or not `enough`, and backwards only if the next one is no better: there is one maximum. The
+    error is what is left in the median beyond noise, at least the `least`.
     """
+    most, best, error_there = -np.inf, begin, first_error
+    for way in (1, -1):
+        n = begin if way == 1 else begin - 1
+        while 0 <= n < len(priors):
+            prior = priors[n, 0], priors[n, 1]
+            evidence, error = _evidence(
+                projections, energy, grams, step, noise, freedom, prior, first_error, least
+            )
+            if not evidence > most:
+                break
+            most, best, error_there = evidence, n, error
+            if evidence < enough:
+                return most, priors[best, 0], error_there
+            n += way
+        if best != begin:
+            break
+    return most, priors[best, 0], error_there
+
+
+@fused
+def _evidence(projections, energy, grams, step, noise, freedom, prior, first_error, least):
+    """Mean evidence of sounds with this prior, and the error that they leave in the median."""
     value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
     scratch, beyond = np.empty(BETWEEN * (len(value) + 4)), np.empty(len(energy))
-    most, variance, error_there = -np.inf, priors[0, 0], first_error
-    for n in range(len(priors)):
-        prior, error = (priors[n, 0], priors[n, 1]), first_error
-        for _ in range(2):
-            for i in range(len(energy)):
-                own = noise / energy[i]
-                log_probabilities(projections[i], grams, own + error, prior, value, explained)
-                left = max(1.0 - explained[value.argmax()], 0.0)
-                beyond[i] = left / freedom - own
-            error = max(centre_of(beyond, len(beyond)), least)
-        evidence = 0.0
+    error, evidence = first_error, 0.0
+    for _ in range(2):
         for i in range(len(energy)):
-            evidence += _posterior(
-                projections[i],
-                grams,
-                energy[i],
-                step,
-                (noise, error),
-                freedom,
-                prior,
-                value,
-                explained,
-                scratch,
-            )[3]
-        evidence /= len(energy)
-        if not evidence > most:
-            break
-        most, variance, error_there = evidence, priors[n, 0], error
-        if evidence < enough:
-            break
-    return most, variance, error_there
+            own = noise / energy[i]
+            log_probabilities(projections[i], grams, own + error, prior, value, explained)
+            left = max(1.0 - explained[value.argmax()], 0.0)
+            beyond[i] = left / freedom - own
+        error = max(centre_of(beyond, len(beyond)), least)
+    for i in range(len(energy)):
+        evidence += _posterior(
+            projections[i],
+            grams,
+            energy[i],
+            step,
+            (noise, error),
+            freedom,
+            prior,
+            value,
+            explained,
+            scratch,
+        )[3]
+    return evidence / len(energy), error
 
 
 @fused

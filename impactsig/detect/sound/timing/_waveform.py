@@ -8,6 +8,7 @@ phases can be alike after a large shift.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ LEAST = 8  # impacts that make a waveform
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 QUARTERS = 4  # of the sounds, laid one after the other
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
+SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
 PASSES = 3  # over the impacts learned from
 LEAST_CERTAIN = 0.25  # share of the power of the wave's slope that is not its noise, at least
 
@@ -49,7 +51,7 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     # Every so many of the stronger half: the others are noisier.
     some = strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]
     leaders = sounds[some]
-    anywhere = np.tile((0.0, np.inf), (len(sounds), 1))  # where they agree is to be seen
+    anywhere = np.tile((0.0, np.inf), (len(leaders), 1))  # where they agree is to be seen
     shifts = np.empty((ROWS, lengths.size))
     wave, most = leaders[0, part].copy(), -1
     for leader in leaders:
@@ -63,15 +65,13 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
         return None
     for turn in range(PASSES):
         shift_wave(wave, lengths.pad, shifts)
-        laid = _lay_if_alike(laying, sounds, anywhere, shifts)
+        laid = _lay_if_alike(laying, sounds, expected, shifts)
         if laid is None:
             return None
         alike = are_alike(laid)
         fits, error = laid[alike], expected[alike, 1]
         shift, factor = fits[:, 0], fits[:, 1]
-        late = shift - expected[alike, 0]
-        latency = middle(late)
-        apart = np.abs(late - latency)
+        latency, apart = _differences(fits, expected[alike])
         if middle(apart) > _agree(laying, fits, error):
             return None
         if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
@@ -101,6 +101,13 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
 
 
+def _differences(laid: np.ndarray, expected: np.ndarray) -> tuple[float, np.ndarray]:
+    """Median of the differences of shifts from those expected, and how far each is from it."""
+    late = laid[:, 0] - expected[:, 0]
+    latency = middle(late)
+    return latency, np.abs(late - latency)
+
+
 def _agree(laying: Laying, laid: np.ndarray, error: np.ndarray) -> float:
     """Tolerated median difference of instants with these errors from shifts."""
     _, _, left, own, noise, _ = laid.T
@@ -111,14 +118,23 @@ def _agree(laying: Laying, laid: np.ndarray, error: np.ndarray) -> float:
 
 
 def _lay_if_alike(
-    laying: Laying, sounds: np.ndarray, near: np.ndarray, shifts: np.ndarray
+    laying: Laying, sounds: np.ndarray, expected: np.ndarray, shifts: np.ndarray
 ) -> np.ndarray | None:
-    """The result of `Laying.over`; None as soon as too few can be alike."""
+    """The result of `Laying.over`; None as soon as too few can be alike, or agree with attacks."""
     spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
+    agreeing, known = 0, 0
     for first in range(min(QUARTERS, len(sounds))):
         some = slice(first, None, QUARTERS)
-        laid[some] = laying.over(np.ascontiguousarray(sounds[some]), near[some], shifts, 0.0, 1.0)
-        spare -= np.count_nonzero(~are_alike(laid[some]))
+        anywhere = np.tile((0.0, np.inf), (len(laid[some]), 1))
+        laid[some] = laying.over(np.ascontiguousarray(sounds[some]), anywhere, shifts, 0.0, 1.0)
+        alike = are_alike(laid[some])
+        spare -= np.count_nonzero(~alike)
         if spare < 0.0:
             return None
+        if alike.any():
+            fits, attacks = laid[some][alike], expected[some][alike]
+            near = _differences(fits, attacks)[1] <= _agree(laying, fits, attacks[:, 1])
+            agreeing, known = agreeing + int(near.sum()), known + len(near)
+            if agreeing < 0.5 * known - 0.5 * SURELY * math.sqrt(known):
+                return None
     return laid

@@ -157,12 +157,12 @@ class SharedModes:
             spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
             which = np.concatenate((which[spread], np.delete(which, spread)))
             few, others = slice(len(spread)), slice(len(spread), None)
-            plain, sounds = np.empty((2, len(which), self.length - len(self.taps) + 1))
-            crossed = np.empty((len(which), 3))
+            sounds = np.empty((len(which), self.length - len(self.taps) + 1))
+            plain, crossed = np.empty_like(sounds[few]), np.empty((len(which), 3))
             first = self._places(len(waves))[which]
-            high_passed(waves.ravel(), first[few], self.taps, plain[few])
-            self._cross(plain[few], crossed[few])
-            self._whiten(waves[which[few]], plain[few])
+            high_passed(waves.ravel(), first[few], self.taps, plain)
+            self._cross(plain, crossed[few])
+            self._whiten(waves[which[few]], plain)
             high_passed(waves.ravel(), first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
             noise = self._noise(sounds[few])
@@ -172,18 +172,17 @@ class SharedModes:
             if not alike and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
-            high_passed(waves.ravel(), first[others], self.taps, plain[others])
-            self._cross(plain[others], crossed[others])
+            self._cross_of(waves.ravel(), first[others], crossed[others])
             fits = None
             if alike:
                 high_passed(waves.ravel(), first[others], self.white, sounds[others])
-                fits = self._model(sounds, len(spread), plain, crossed[:, 0].copy())
+                fits = self._model(sounds, plain, crossed[:, 0].copy())
             if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
                 earlier = np.empty((len(spread), 3))
-                self._cross(plain[few], earlier, EARLIER)
+                self._cross(plain, earlier, EARLIER)
                 since = (crossed[few, 0] - earlier[:, 0])[np.isfinite(earlier[:, 0])]
                 if len(since):  # between two fractions of a sound it scatters as from its start on
                     self.spread = max(self.spread, float(np.std(since)))
@@ -196,15 +195,13 @@ class SharedModes:
         """Whether crossings are better than attacks where there is no model."""
         return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
-    def _model(
-        self, sounds: np.ndarray, few: int, plain: np.ndarray, guess: np.ndarray
-    ) -> np.ndarray | None:
+    def _model(self, sounds: np.ndarray, plain: np.ndarray, guess: np.ndarray) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        The filter is chosen by the first `few`; `plain` is what the high-pass filter leaves of the
-        sounds. None if they have no model.
+        The filter is chosen by the first few, of which the high-pass filter leaves `plain`. None if
+        they have no model.
         """
-        noise, heard = self._noise(sounds), float(np.sum(self.taps**2))
+        few, noise, heard = len(plain), self._noise(sounds), float(np.sum(self.taps**2))
         chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
@@ -216,7 +213,7 @@ class SharedModes:
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
-            self.gradual = self._gradual(plain[:few], instant[:few])
+            self.gradual = self._gradual(plain, instant[:few])
             self.latency = middle(late)
             self.spread = DEVIATION_BY_MEDIAN * middle(np.abs(late - self.latency))
             return fits
@@ -230,9 +227,10 @@ class SharedModes:
         if np.count_nonzero(there) < LEAST:
             return 0.0
         about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
-        power = about[there, first[there]] ** 2
-        energy = power.sum(axis=1, keepdims=True)
-        total = np.sum(power / np.where(energy > FAINTEST, energy, 1.0), axis=0)
+        parts = about[there, first[there]]
+        energy = np.einsum("ij,ij->i", parts, parts)
+        parts /= np.sqrt(np.where(energy > FAINTEST, energy, 1.0))[:, None]
+        total = np.einsum("ij,ij->j", parts, parts)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
@@ -244,7 +242,8 @@ class SharedModes:
     def _noise(self, sounds: np.ndarray) -> float:
         """The white noise of a sample of sounds after that filter."""
         quiet = sounds[:, : round(QUIET * self.rate)]
-        return middle(np.mean(quiet**2, axis=1)) / float(np.sum(self.taps**2))
+        energy = middle(np.einsum("ij,ij->i", quiet, quiet))
+        return energy / (quiet.shape[1] * float(np.sum(self.taps**2)))
 
     def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave of x, which begins at `first`.
@@ -253,9 +252,8 @@ class SharedModes:
         """
         if not self._applies:
             return np.full((len(first), 2), np.nan)
-        end = round(SEARCH[1] * self.rate) + NEAR_TAPS
         crossed, fits = np.empty((len(first), 3)), None
-        self._cross(_parts(x, first, self.taps, end), crossed)
+        self._cross_of(x, first, crossed)
         if self.model is not None:
             guess = crossed[:, 0]
             begins, width = self.model.begins(guess), self.model.width
@@ -287,6 +285,11 @@ class SharedModes:
         """Result of `crossings` for each wave after the high-pass filter."""
         quiet, begin, end = (round(t * self.rate) for t in (QUIET, *SEARCH))
         crossings(plain, quiet, begin, end, shares, out)
+
+    def _cross_of(self, x: np.ndarray, first: np.ndarray, out: np.ndarray) -> None:
+        """The same for the waves of x that begin at `first`."""
+        end = round(SEARCH[1] * self.rate) + NEAR_TAPS
+        self._cross(_parts(x, first, self.taps, end), out)
 
     def _abruptness(self, waves: np.ndarray) -> np.ndarray:
         count, found = round(BEGINNING * self.rate), np.empty(len(waves))

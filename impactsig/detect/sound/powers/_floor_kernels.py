@@ -1,0 +1,58 @@
+"""Kernel for `floor.py`: low quantiles of powers in windows that overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...._compiling.compiled import njit
+from ...signal.order_kernels import select
+
+SAMPLE, QUARTER = 32, 4  # powers of a band, and the share of these below which quantiles nearly lie
+
+
+@njit(nogil=True)
+def low_quantiles(means, sounding, first, last, share, hole, out):
+    """out[b, k]: the quantile of means[b, first[k] : last[k]] that are `sounding`; 0 without any.
+
+    What is below `hole` times the strongest of these is left out. Neither `first` nor `last` falls.
+    Only about the lowest quarter of a band is looked at for each window, unless it has too few.
+    """
+    columns, windows = means.shape[1], len(first)
+    step = max(columns // SAMPLE, 1)
+    low, place, room = np.empty(columns + 1), np.empty(columns + 1, np.int64), np.empty(columns + 1)
+    heard = np.empty(windows, np.int64)
+    for k in range(windows):
+        heard[k] = 0
+        for j in range(first[k], last[k]):
+            heard[k] += sounding[j]
+    for b in range(len(means)):
+        row, few, count = means[b], 0, np.uint64(0)
+        for j in range(0, columns, step):
+            room[few] = row[j]
+            few += sounding[j]
+        level = select(room, 0, few - 1, few // QUARTER) if few else np.inf
+        for j in range(np.uint64(columns)):
+            low[count], place[count] = row[j], j
+            count += np.uint64(sounding[j] & (row[j] <= level))
+        begin = end = 0
+        for k in range(windows):
+            while begin < count and place[begin] < first[k]:
+                begin += 1
+            while end < count and place[end] < last[k]:
+                end += 1
+            rank, some = int(share * heard[k]), end - begin
+            if hole == 0.0 and some > rank:
+                for i in range(some):
+                    room[i] = low[begin + i]
+                out[b, k] = select(room, 0, some - 1, rank)
+                continue
+            some, empty, greatest = 0, 0, 0.0
+            for j in range(first[k], last[k]):
+                room[some] = row[j]
+                some += sounding[j]
+            for i in range(some):
+                greatest = max(greatest, room[i])
+            for i in range(some):
+                empty += room[i] < hole * greatest
+            rank = empty + int(share * (some - empty))
+            out[b, k] = select(room, 0, some - 1, rank) if some else 0.0
