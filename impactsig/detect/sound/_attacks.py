@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._attack_kernels import clipped_after, measure
+from ._beginnings import Beginnings
 from ._choosing import Chosen, loudness_of
 from ._clicks import BESIDE as CLICK
 from ._clicks import lone_samples
@@ -94,6 +95,7 @@ class Attacks:
         self.modes = SharedModes(rate, scale.short_lag, scale.slope)
         self.overlay = Overlay(self.lengths, self.modes.last)
         self.growth = Growth(rate, self.lengths.before)
+        self.beginnings = Beginnings(rate)
         self.found = [NONE]
 
     def add(self, window: Window) -> None:
@@ -130,6 +132,7 @@ class Attacks:
         self.modes.add(x, valid, attack[:, 0])
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, probability >= EVEN)
+        self.beginnings.add(x, valid, attack[:, 0])
         attack[:, 0] += window.segment + window.first - core
         spread = passage.spread[here]
         tells = lone, sharp, rise, gradual, overload
@@ -162,6 +165,8 @@ class Attacks:
         astray = np.minimum(hidden, hidden**3 / (0.5 * reach) ** 2)
         error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
         error = np.where(instant == attack[:, 0], by_attack, error)
+        early = self.beginnings.spread(instant - attack[:, 0], (likely >= EVEN) & ~alike)
+        error = np.where(alike, error, np.hypot(error, early))
         # What may be no impact may as well begin anywhere within reach of where it was found.
         error = np.hypot(error, (1.0 - likely) ** 1.5 * reach / math.sqrt(3.0))
         return instant, error, alike

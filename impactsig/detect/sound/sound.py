@@ -35,7 +35,8 @@ The attack is where, within 1.5 ms of the crest of C, the variance of the signal
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the
 instants to a fraction of a sample (`sound/timing/alike.py`); if a filter rings before them, their
 common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin gradually scatter, by
-the growth of their power (`_growth.py`).
+the growth of their power (`_growth.py`), or because low frequencies, which neither attacks nor
+modes use, begin before them (`_beginnings.py`).
 
 Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
 

@@ -1,0 +1,104 @@
+"""Kernels for the low frequencies of a sound before its attack."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._lane_kernels import exponentials, fused, logarithms, reordered
+
+
+@reordered
+def low_before(x, last, earliest, step, out):
+    """out[i, k]: mean of x under a triangle that ends k steps before the sample last[i].
+
+    Each reaches a step to either side of its greatest weight, 1; a row holds the latest first. NaN
+    where samples before `earliest` would be needed.
+    """
+    for i in range(len(out)):
+        if last[i] - (out.shape[1] + 1) * step + 2 < earliest:
+            out[i] = np.nan
+            continue
+        for k in range(out.shape[1]):
+            first = last[i] - (k + 2) * step + 2
+            total = 0.0
+            for j in range(step):
+                total += (j + 1.0) * x[first + j]
+            for j in range(step - 1):
+                total += (step - 1.0 - j) * x[first + step + j]
+            out[i, k] = total / step
+
+
+@reordered
+def prediction_sums(rows, before, sums):
+    """Add to `sums` the products of values and of those before them, by lags, and of 1, the last.
+
+    Values come the latest first; those from `before` on count, each row by its power there
+    relative to 1. The upper half is filled.
+    """
+    order = len(sums) - 2
+    count = rows.shape[1] - order - before
+    for row in rows:
+        power = 0.0
+        for k in range(count):
+            power += row[before + k] * row[before + k]
+        weight = 1.0 / (power / count + 1.0)
+        sums[order + 1, order + 1] += weight * count
+        for i in range(order + 1):
+            one, total = row[before + i : before + i + count], 0.0
+            for k in range(count):
+                total += one[k]
+            sums[i, order + 1] += weight * total
+            for j in range(i, order + 1):
+                other, total = row[before + j : before + j + count], 0.0
+                for k in range(count):
+                    total += one[k] * other[k]
+                sums[i, j] += weight * total
+
+
+@fused
+def begun_before(rows, before, coefficients, powers, evidence):
+    """evidence[i, n]: logarithm of that of row i for a sound whose first n + 1 values rise above.
+
+    With e the errors of prediction, m of them noise of an unknown variance, and n before the
+    attack whose variance is p times that, each p in `powers` as likely as another,
+
+        E = mean_p p^(-n/2) ((1 + c / p) / (1 + c))^(-(m + n) / 2),  c = sum_n e^2 / sum_m e^2.
+
+    0 where there is no noise.
+    """
+    order = len(coefficients) - 1
+    count = rows.shape[1] - order
+    noise_count, errors = count - before, np.empty(count)
+    inverse = np.concatenate((1.0 / powers, np.ones(1)))
+    each, logs = np.uint64(len(inverse)), inverse.copy()
+    logarithms(logs)
+    ratio = np.empty(before * len(inverse))
+    for i in range(len(rows)):
+        noise = above = 0.0
+        for k in range(count):
+            error = rows[i, k] - coefficients[order]
+            for j in range(order):
+                error -= coefficients[j] * rows[i, k + 1 + j]
+            errors[k] = error * error
+            if k >= before:
+                noise += errors[k]
+        if not noise > 0.0:
+            evidence[i] = 0.0
+            continue
+        for k in range(before):
+            above += errors[k]
+            for j in range(each):
+                ratio[k * each + j] = 1.0 + above / noise * inverse[j]
+        logarithms(ratio)
+        for k in range(before):
+            n, none = k + 1.0, ratio[(k + 1) * each - 1]
+            for j in range(each):
+                at = k * each + j
+                ratio[at] = 0.5 * (n * logs[j] + (noise_count + n) * (none - ratio[at]))
+        exponentials(ratio)
+        for k in range(before):
+            total = 0.0
+            for j in range(each - 1):
+                total += ratio[k * each + j]
+            evidence[i, k] = total / (each - 1)
+        logarithms(evidence[i])

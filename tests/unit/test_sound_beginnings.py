@@ -1,0 +1,140 @@
+"""Errors of instants of sounds whose low frequencies begin before the attack."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import special
+
+import impactsig
+from impactsig.detect.sound._beginnings import BEFORE, NOISE, ORDER, POWERS, Beginnings, _shares
+from impactsig.detect.sound._low_kernels import begun_before, low_before, prediction_sums
+
+RATE = 22_050
+
+
+def membrane(seed: int, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Strikes at other places of one membrane, white noise 20 dB below, and their times [s]."""
+    rng = np.random.default_rng(seed)
+    zeros = np.sort(np.concatenate([special.jn_zeros(order, 4) for order in range(7)]))
+    tones, times = 250.0 * zeros / zeros[0], 0.3 + np.cumsum(rng.uniform(0.08, 0.16, count))
+    decays = 0.03 / (1.0 + tones / 2500.0)
+    samples = np.zeros(round((times[-1] + 0.5) * RATE))
+    for time in times:
+        first = int(np.ceil(time * RATE))
+        since = np.arange(first, first + RATE // 5)[:, None] / RATE - time
+        sound = np.exp(-since / decays) * np.sin(2.0 * np.pi * tones * since)
+        sound = sound @ rng.standard_normal(len(tones))
+        samples[first : first + len(sound)] += sound / np.abs(sound).max()
+    return samples + 0.1 * rng.standard_normal(len(samples)), times
+
+
+def test_a_membrane_that_is_heard_late_has_errors_that_hold():
+    z = []
+    for seed in (5, 6):
+        samples, times = membrane(seed)
+        found = impactsig.detect_impacts(impactsig.Recording(samples, RATE, sensor="sound"))
+        pairs = impactsig.match_impacts(found, impactsig.Impacts.from_times(times), within=3e-3)
+        i, j = pairs.pairs.T
+        assert len(i) > 50
+        off = found.time[i] - times[j]
+        z.append((off - np.median(off)) / found.time_error[i])
+    assert 0.4 < np.std(np.concatenate(z)) < 1.6
+
+
+def rows_of(seed: int, count: int, early: int = 0, power: float = 30.0) -> np.ndarray:
+    """Autoregressive noise, the latest value first, that is louder in the last `early` steps."""
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal((count, 200))
+    noise[:, 200 - early :] *= np.sqrt(power)
+    for k in range(1, 200):
+        noise[:, k] += 0.8 * noise[:, k - 1]
+    return noise[:, ::-1][:, : BEFORE + NOISE + ORDER].copy()
+
+
+def added(rows: np.ndarray) -> Beginnings:
+    found = Beginnings(8000.0)
+    found.found.append(rows)
+    return found
+
+
+def test_noise_begins_nowhere():
+    for seed in range(5):
+        rows = rows_of(seed, 100)
+        spread = added(rows).spread(np.zeros(100), np.ones(100, np.bool_))
+        assert not spread.any()
+    # Nor do most impacts where one rises by chance.
+    rows[0] = rows_of(9, 1, early=4, power=6.0)
+    assert not added(rows).spread(np.zeros(100), np.ones(100, np.bool_)).any()
+    silent = added(np.zeros((100, rows.shape[1])))
+    assert not silent.spread(np.zeros(100), np.ones(100, np.bool_)).any()
+
+
+def test_those_that_begin_earlier_than_others_are_less_certain():
+    rows = np.concatenate((rows_of(1, 70), rows_of(2, 30, early=6)))
+    found, likely = added(rows), np.ones(100, np.bool_)
+    spread = found.spread(np.zeros(100), likely)
+    assert np.median(spread[:70]) < 2.0 * found.step  # noise of a step tells little
+    assert np.median(spread[70:]) == pytest.approx(6.0 * found.step, rel=0.25)
+    # What a fit put earlier than the attack is late by less.
+    spread = found.spread(np.full(100, -4.0 * found.step), likely)
+    assert np.median(spread[70:]) == pytest.approx(2.0 * found.step, rel=0.5)
+    # A delay that most impacts share is no error; too few impacts show nothing.
+    common = added(rows_of(3, 100, early=6)).spread(np.zeros(100), likely)
+    assert np.median(common) < 1.5 * found.step
+    assert not found.spread(np.zeros(100), np.arange(100) < 7).any()
+
+
+def test_evidence_is_that_of_variances_that_rise():
+    rng = np.random.default_rng(4)
+    rows, coefficients = (
+        rng.standard_normal((3, BEFORE + NOISE + ORDER)),
+        np.array([0.5, 0, 0, 0.1]),
+    )
+    rows[1, :4] *= 5.0
+    rows[2] = 0.2  # what is predicted exactly is no noise
+    rows[2, -1] = rows[2, 0]
+    evidence = np.empty((3, BEFORE))
+    begun_before(rows, BEFORE, coefficients, POWERS, evidence)
+    for row, found in zip(rows[:2], evidence[:2], strict=True):
+        error = [
+            row[k] - coefficients[:ORDER] @ row[k + 1 : k + 1 + ORDER] - coefficients[ORDER]
+            for k in range(BEFORE + NOISE)
+        ]
+        square = np.square(error)
+        for n in range(1, BEFORE + 1):
+            c = square[:n].sum() / square[BEFORE:].sum()
+            each = POWERS ** (-n / 2) * ((1 + c / POWERS) / (1 + c)) ** (-(NOISE + n) / 2)
+            assert found[n - 1] == pytest.approx(np.log(each.mean()), rel=1e-10)
+    assert evidence[2] == pytest.approx(0.0)
+
+
+def test_low_frequencies_are_triangular_means():
+    x, step, out = np.random.default_rng(5).standard_normal(60), 4, np.empty((2, 3))
+    low_before(x, np.array([50, 16]), 3, step, out)
+    assert np.isnan(out[1]).all()  # its first would need sample 2
+    triangle = np.convolve(np.ones(step), np.ones(step)) / step
+    for k, value in enumerate(out[0]):
+        end = 50 - k * step + 1
+        assert value == pytest.approx(triangle @ x[end - len(triangle) : end])
+
+
+def test_noise_is_predicted_by_what_made_it():
+    rows = rows_of(6, 500)
+    sums = np.zeros((ORDER + 2, ORDER + 2))
+    prediction_sums(rows, BEFORE, sums)
+    sums += np.triu(sums, 1).T
+    found = np.linalg.solve(sums[1:, 1:], sums[1:, 0])
+    # Rows that are loud by chance count less.
+    assert found == pytest.approx([0.8, 0.0, 0.0, 0.0], abs=0.06)
+
+
+def test_fractions_are_none_where_no_odds_exceed_one():
+    evidence = np.zeros((20, 3))
+    evidence[:, 1:] = -3.0
+    assert _shares(evidence, np.ones(20, np.bool_)) is None
+    evidence[:5, 2] = 10.0
+    share = _shares(evidence, np.ones(20, np.bool_))
+    assert share.sum(axis=1) == pytest.approx(1.0)
+    assert (share[:5, 2] > 0.99).all()
+    assert (share[5:, 0] > 0.5).all()
