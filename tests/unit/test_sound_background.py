@@ -119,7 +119,7 @@ def test_bands_that_empty_while_others_fill_are_those_of_a_codec():
     always, now_and_then = np.ones(100, np.bool_), np.arange(100) % 2 == 0
 
     def holes(filled, empty=1e-8, sounding=always):
-        return has_holes(falls_of(np.where(filled, 1.0, empty), sounding))
+        return has_holes(*falls_of(np.where(filled, 1.0, empty), sounding))
 
     assert holes(filled)
     assert not holes(filled, empty=1e-3)  # no room, but no hole either

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..signal.order_kernels import select
-from ._kernels import BLOCK, halve_and_square
+from ._kernels import BLOCK, STEP, halve_and_square
 from ._lane_kernels import fused
 
-STEP = 4  # frames from one likelihood to the next
 LOW = 3  # octaves below those that a frame has a coefficient of
 DEEPEST = 2**LOW  # frames of a coefficient of the lowest
 PART = 32  # frames that share one power
@@ -90,23 +89,6 @@ def over_base(after, before, least, clear, out):
 
 
 @fused
-def octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out):
-    """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
-
-    `after` and `before` are mean powers of every frame; the first part of BLOCK 0 is
-    parts[:, first].
-    """
-    now, then = np.empty(len(out)), np.empty(len(out))
-    for b in range(after.shape[0]):
-        for i in range(len(out)):
-            now[i], then[i] = after[b, STEP * i], before[b, STEP * i]
-        raise_likelihood(
-            now, then, BLOCK // STEP, parts[b], first, bias[b], background[b], freedom[b],
-            clear[b], out,
-        )  # fmt: skip
-
-
-@fused
 def low_likelihood(power, left, size, width, parts, first, bias, background, freedom, clear, out):
     """Raise out[i] to the likelihood of a rise in an octave of `size` frames a coefficient.
 
@@ -132,3 +114,27 @@ def low_likelihood(power, left, size, width, parts, first, bias, background, fre
     raise_likelihood(
         after, before, BLOCK // (STEP * same), parts, first, bias, background, freedom, clear, out
     )
+
+
+@fused
+def rise_likelihood(
+    every, low, left, size, width, parts, first, bias, background, freedom, clear, out
+):  # fmt: skip
+    """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
+
+    `every` are the mean powers after and before these frames; the low octaves, of size[k] frames a
+    coefficient and width[k] of these a mean, have the powers low[k], from `left` frames before the
+    first frame on. The first part of BLOCK 0 is parts[:, first].
+    """
+    octaves = every.shape[1]
+    for b in range(octaves):
+        raise_likelihood(
+            every[0, b], every[1, b], BLOCK // STEP, parts[b], first, bias[b], background[b],
+            freedom[b], clear[b], out,
+        )  # fmt: skip
+    for k in range(len(size)):
+        b = octaves + k
+        low_likelihood(
+            low[k], left // size[k], size[k], width[k], parts[b], first, bias[b], background[b],
+            freedom[b], clear[b], out,
+        )  # fmt: skip

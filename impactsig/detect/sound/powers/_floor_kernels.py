@@ -1,4 +1,4 @@
-"""Kernel for `floor.py`: low quantiles of powers in windows that overlap."""
+"""Kernels for `floor.py` and `holes.py`: low quantiles in windows that overlap, and falls."""
 
 from __future__ import annotations
 
@@ -56,3 +56,31 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
                 empty += room[i] < hole * greatest
             rank = empty + int(share * (some - empty))
             out[b, k] = select(room, 0, some - 1, rank) if some else 0.0
+
+
+@njit(nogil=True)
+def count_falls(means, sounding, fall, least, step):
+    """Numbers of pairs of neighbours in time, of falls by `fall`, and of crossing ones.
+
+    Those are the lesser of the falls and the rises by `step` at a time. Where no more than a share
+    `least` of all falls, none counts; otherwise those do at which both are `sounding`.
+    """
+    bands, pairs = len(means), means.shape[1] - 1
+    deep = 0
+    for b in range(bands):
+        for k in range(np.uint64(pairs)):
+            deep += means[b, k + np.uint64(1)] < fall * means[b, k]
+    if deep <= least * bands * pairs:  # as nearly always
+        return bands * pairs, 0, 0
+    deep = known = crossing = 0
+    for k in range(pairs):
+        if not (sounding[k] and sounding[k + 1]):
+            continue
+        known, falls, rises = known + 1, 0, 0
+        for b in range(bands):
+            before, after = means[b, k], means[b, k + 1]
+            deep += after < fall * before
+            falls += after < step * before
+            rises += before < step * after
+        crossing += min(falls, rises)
+    return bands * known, deep, crossing
