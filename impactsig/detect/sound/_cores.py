@@ -16,6 +16,7 @@ import numpy as np
 from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extremes
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
+from ._rise_kernels import LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
 from .powers.fades import beside_fades
@@ -46,12 +47,11 @@ class Levels(NamedTuple):
 
 @dataclass
 class Backgrounds:
-    """Works out the background window by window. `low_bias` is that of `noise_power`."""
+    """Works out the background window by window."""
 
     scale: Scale
     rate: float
     bands: Bands
-    low_bias: np.ndarray
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
@@ -64,11 +64,9 @@ class Backgrounds:
         self.gains = white_gains(scale)
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
-        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.part_bias, self.mean_bias = biases_at(scale, self.rate)
         self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
         self.below = bands_below(scale, self.rate, self.bands.hop)
-        freedom = degrees_of_freedom(self.rate, GROUP * scale.hop, PER)
-        self.mean_bias = np.concatenate((self.low_bias, quantile_bias(freedom)))
 
     @property
     def unresolved(self) -> bool:
@@ -178,6 +176,15 @@ def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
 def resolution_of(kind: np.dtype) -> float:
     """Relative resolution of numbers of a kind; 0 for integers."""
     return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
+
+
+@functools.lru_cache(maxsize=8)
+def biases_at(scale: Scale, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Bias of `noise_power` of the octaves, and of the low octaves and narrow bands."""
+    octaves = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+    low = quantile_bias(BLOCK / 2.0 ** (1 + np.arange(LOW)))
+    bands = quantile_bias(degrees_of_freedom(rate, GROUP * scale.hop, PER))
+    return octaves, np.concatenate((low, bands))
 
 
 @functools.lru_cache(maxsize=8)

@@ -21,7 +21,7 @@ import functools
 
 import numpy as np
 
-from ._kernels import BLOCK, EDGE, Scale
+from ._kernels import EDGE, Scale
 from ._rise_kernels import (
     DEEPEST,
     LOW,
@@ -29,14 +29,13 @@ from ._rise_kernels import (
     low_powers,
     rise_likelihood,
 )
-from .powers.floor import quantile_bias
 
 FEWEST = 4  # coefficients of a mean
 CLEAR = 3.0  # H without a rise: smaller values mean little
 
 
 class Rises:
-    """Takes H window by window; the scratch that it needs is kept."""
+    """Takes H window by window."""
 
     def __init__(self, scale: Scale) -> None:
         self.octaves = scale.octaves
@@ -50,21 +49,19 @@ class Rises:
         coefficients = PART * per / frames
         self.median_bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
         self.size, self.width = size, low
-        self.level_bias = quantile_bias(BLOCK / size.astype(float))
         # Frames that a window needs beside it; whole coefficients, for cuts not to change them.
         self.margin = DEEPEST * (EDGE + FEWEST), DEEPEST * (EDGE + FEWEST + 1)
-        self._scratch = np.empty((3, 0))
 
-    def powers(self, x: np.ndarray, left: int, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    def powers(
+        self, x: np.ndarray, left: int, parts: int, scratch: list[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Powers of the low octaves, and their means over the PARTs of the core.
 
         x is what the octaves leave below them, one value a frame; `left` frames precede the core.
+        `scratch` are three arrays of half the length of x.
         """
-        half = len(x) // 2
-        if self._scratch.shape[1] < half:
-            self._scratch = np.empty((3, half))
-        power, means = np.empty((LOW, half)), np.empty((LOW, parts))
-        low_powers(x, left, *self._scratch[:, :half], power, means)
+        power, means = np.empty((LOW, len(x) // 2)), np.empty((LOW, parts))
+        low_powers(x, left, *scratch, power, means)
         return power, means
 
     def likelihood(
@@ -98,6 +95,11 @@ class Rises:
 
 
 @functools.lru_cache(maxsize=8)
+def rises_at(scale: Scale) -> Rises:
+    """What takes H of a record."""
+    return Rises(scale)
+
+
 def clear_ratio(*freedom: float) -> np.ndarray:
     """The ratio x > 1 at which n / 2 (x - 1 - ln x) is CLEAR, for each n degrees of freedom."""
     x, level = np.full(len(freedom), 100.0), 2.0 * CLEAR / np.array(freedom)

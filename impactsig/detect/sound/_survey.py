@@ -7,6 +7,7 @@ bands for every 16 frames, a sample of the rise in octaves, and the crests of th
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -27,7 +28,7 @@ from ._kernels import (
 from ._level_kernels import PART, PER, put_levels
 from ._nearby_kernels import crests
 from ._rise_kernels import DEEPEST, LOCAL
-from ._rises import Rises
+from ._rises import Rises, rises_at
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
@@ -121,8 +122,8 @@ class Survey:
         self.bands = bands_at(self.rate, hop)
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
-        self.rises = Rises(scale)
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.rises.level_bias)
+        self.rises = rises_at(scale)
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands)
         self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
@@ -169,9 +170,10 @@ class Survey:
             octave_powers(x, 1, even, odd, high, power[:1])
         if scale.octaves > 1:
             octave_powers(even, scale.octaves - 1, odd, even, high, power[1:])
-        below = (even if scale.octaves % 2 else odd)[:total]  # what they leave
+            even, odd = (even, odd) if scale.octaves % 2 else (odd, even)  # what they leave first
         groups = -(-count // GROUP)
-        low, low_parts = self.rises.powers(below, left, -(-groups // 2))
+        free = [odd[: total // 2], odd[total // 2 : total // 2 * 2], high[: total // 2]]
+        low, low_parts = self.rises.powers(even[:total], left, -(-groups // 2), free)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
@@ -335,6 +337,7 @@ class Survey:
             self.tail_loud = self._loudness(background, end)
 
 
+@functools.lru_cache(maxsize=8)
 def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
