@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -90,12 +91,13 @@ class Backgrounds:
             if fading is not None:
                 audible &= ~fading
                 sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        holes = has_holes(*map(sum, zip(*(one.falls for one in windows), strict=True)))
+        pairs, deep, crossing = (sum([one.falls[k] for one in windows]) for k in range(3))
+        holes = has_holes(pairs, deep, crossing)
         cores = np.concatenate([one.cores for one in windows])
         blocks = cores[:, BLOCKS].astype(int).tolist()
         first = sum(len(one.cores) for one in windows[:which])
         count = len(windows[which].cores)
-        begins = np.cumsum([0, *blocks])[first : first + count + 1]
+        begins = np.array([0, *accumulate(blocks)])[first : first + count + 1]
         at = int(begins[0])
         skipped, last = max(at - self.within, 0), at + windows[which].blocks + self.within
         means = _columns([one.means for one in windows], skipped, last)

@@ -14,6 +14,17 @@ PER = BLOCK // GROUP  # frames of the narrow bands that share one background
 
 
 @fused
+def put_known(begin, apart, size, valid, known):
+    """Which of the windows of `size` samples, `apart` from one another, lie in the segment.
+
+    The first begins at sample `begin`; those of `valid` are of the segment.
+    """
+    for g in range(len(known)):
+        first = begin + g * apart
+        known[g] = valid[0] <= first and first + size <= valid[1]
+
+
+@fused
 def put_levels(
     power, low_parts, fine, first, real, known, parts, counted, silent, long_parts, means, sounding
 ):  # fmt: skip

@@ -59,32 +59,32 @@ def raise_likelihood(after, before, per, parts, first, bias, background, freedom
     where what is usual in `parts` counts as well. `out` has as many values, or twice as many.
     """
     same, half, count = -(-len(out) // len(after)), 0.5 * freedom, len(after)
-    ratio, near = np.empty(count), np.empty(LOCAL)
+    bases, near = np.empty(count), np.empty(LOCAL)
     for block in range(-(-count // per)):
         begin, end = block * per, min((block + 1) * per, count)
-        now, then, x = after[begin:end], before[begin:end], ratio[begin:end]
+        now, then, base = after[begin:end], before[begin:end], bases[begin:end]
         least = background[block]
-        if not over_base(now, then, least, clear, x):
+        if not over_base(now, then, least, clear, base):
             continue
         usual = usual_power(parts, first, block, least * bias, near) / bias
-        if usual > least and not over_base(now, then, usual, clear, x):
+        if usual > least and not over_base(now, then, usual, clear, base):
             continue
         for i in range(begin, end):
-            if ratio[i] > clear:
-                likelihood = half * (ratio[i] - 1.0 - np.log(ratio[i]))
+            if after[i] > clear * bases[i] and bases[i] > 0.0:
+                ratio = after[i] / bases[i]
+                likelihood = half * (ratio - 1.0 - np.log(ratio))
                 for j in range(same * i, min(same * (i + 1), len(out))):
                     out[j] = max(out[j], likelihood)
 
 
 @fused
 def over_base(after, before, least, clear, out):
-    """out[i]: ratio of `after` to `before`, at least `least`; 1 if less. How many are `clear`."""
+    """Set `out` to what was `before`, at least `least`. At how many `after` is `clear` times it."""
     rises = 0
     for i in range(len(out)):
         base = before[i] if before[i] > least else least
-        ratio = after[i] / base
-        out[i] = ratio if ratio > 1.0 and base > 0.0 else 1.0
-        rises += out[i] > clear
+        out[i] = base
+        rises += after[i] > clear * base
     return rises
 
 

@@ -25,12 +25,12 @@ from ._kernels import (
     octave_powers,
     octave_rise,
 )
-from ._level_kernels import PART, PER, put_levels
+from ._level_kernels import PART, PER, put_known, put_levels
 from ._nearby_kernels import crests
 from ._rise_kernels import DEEPEST, LOCAL
 from ._rises import Rises, rises_at
 from ._windows import Window
-from .powers.band_kernels import band_growth, band_rise
+from .powers.band_kernels import band_growth, band_rise, frames_above
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from .powers.fades import edge_steps
 from .powers.gate import Gate
@@ -183,9 +183,8 @@ class Survey:
             power = continued = np.empty_like(power)
             octave_powers(filtered(x, self.taps), scale.octaves, *self.scratch[:, :half], power)
         fine = self.spectrum.powers(x, left * hop, groups)
-        half = len(self.bands.window) // 2
-        centre = left * hop + GROUP * hop * np.arange(groups)
-        known = (centre - half >= valid[0]) & (centre + half <= valid[1])
+        size, known = len(self.bands.window), np.empty(groups, np.bool_)
+        put_known(left * hop - size // 2, GROUP * hop, size, valid, known)
         blocks = -(-groups // PER)
         parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
         counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
@@ -265,7 +264,9 @@ class Survey:
         band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
-        finer[:, slab.closes | ~slab.known] = 0.0
+        lost = slab.closes | ~slab.known
+        if lost.any():
+            finer[:, lost] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
         passage.growth.append(self._growth(slab, bands, finer))
@@ -293,8 +294,8 @@ class Survey:
 
     def _growth(self, slab: Slab, background: np.ndarray, finer: np.ndarray) -> np.ndarray:
         """How narrow bands go on to rise, where they do or one does; 0 elsewhere."""
-        out = np.zeros(finer.shape[1])
-        frames = np.flatnonzero((finer[0] > RISEN) | (finer[1] > LIKELY))
+        out, frames = np.zeros(finer.shape[1]), np.empty(finer.shape[1] + 1, np.int64)
+        frames = frames[: frames_above(finer[0], RISEN, finer[1], LIKELY, frames)]
         if not len(frames):
             return out
         parts = [slab.power[:, :0]]
@@ -302,8 +303,6 @@ class Survey:
             parts.append(following.power[:, : self.later])
             if following.last or sum(part.shape[1] for part in parts) >= self.later:
                 break
-        ends = parts[-1] if len(parts) > 1 else slab.power
-        parts.append(np.repeat(ends[:, -1:], self.later, axis=1))  # where the segment ends
         grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
         band_growth(self.carried, slab.power, after, self.later, background, PER, frames, grown)
         out[frames] = grown
