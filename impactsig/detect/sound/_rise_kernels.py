@@ -59,31 +59,32 @@ def raise_likelihood(after, before, per, parts, first, bias, background, freedom
     where what is usual in `parts` counts as well. `out` has as many values, or twice as many.
     """
     same, half, count = -(-len(out) // len(after)), 0.5 * freedom, len(after)
-    bases, near = np.empty(count), np.empty(LOCAL)
+    near = np.empty(LOCAL)
     for block in range(-(-count // per)):
         begin, end = block * per, min((block + 1) * per, count)
-        now, then, base = after[begin:end], before[begin:end], bases[begin:end]
-        least = background[block]
-        if not over_base(now, then, least, clear, base):
+        now, then, least = after[begin:end], before[begin:end], background[block]
+        if not clear_rises(now, then, least, clear):
             continue
         usual = usual_power(parts, first, block, least * bias, near) / bias
-        if usual > least and not over_base(now, then, usual, clear, base):
-            continue
+        if usual > least:
+            least = usual
+            if not clear_rises(now, then, least, clear):
+                continue
         for i in range(begin, end):
-            if after[i] > clear * bases[i] and bases[i] > 0.0:
-                ratio = after[i] / bases[i]
+            base = before[i] if before[i] > least else least
+            if after[i] > clear * base and base > 0.0:
+                ratio = after[i] / base
                 likelihood = half * (ratio - 1.0 - np.log(ratio))
                 for j in range(same * i, min(same * (i + 1), len(out))):
                     out[j] = max(out[j], likelihood)
 
 
 @fused
-def over_base(after, before, least, clear, out):
-    """Set `out` to what was `before`, at least `least`. At how many `after` is `clear` times it."""
+def clear_rises(after, before, least, clear):
+    """At how many places `after` is `clear` times what was `before`, at least `least`."""
     rises = 0
-    for i in range(len(out)):
+    for i in range(np.uint64(len(after))):
         base = before[i] if before[i] > least else least
-        out[i] = base
         rises += after[i] > clear * base
     return rises
 
