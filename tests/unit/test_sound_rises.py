@@ -7,9 +7,10 @@ import pytest
 
 from benchmarks.recordings import score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound._kernels import STEP
+from impactsig.detect.sound._kernels import BLOCK, STEP, octave_rise
 from impactsig.detect.sound._rise_kernels import low_likelihood, rise_likelihood
 from impactsig.detect.sound._rises import clear_ratio
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.deciding._rise_odds import by_octave, high_crests
 from impactsig.detect.sound.sound import detect_sound
 
@@ -44,6 +45,35 @@ def test_noise_that_swells_has_hardly_any_impacts(rate, pace):
     t = np.arange(30 * rate) / rate
     x = rng.standard_normal(len(t)) * (1.0 + 0.7 * np.sin(2 * np.pi * pace * t))
     assert len(detect(x, float(rate)).time) <= 4
+
+
+@pytest.mark.parametrize(("past", "forward"), [(8, 8), (11, 11), (3, 12), (1, 1)])
+def test_rise_of_the_octaves_by_its_definition(past, forward):
+    rng = np.random.default_rng(8)
+    frames, left, octaves = 1203, 20, 3
+    power = (
+        rng.exponential(1.0, (octaves, frames + 60))
+        * np.repeat(rng.choice([1e-9, 1.0, 9.0], (octaves, 80)), 16, axis=1)[:, : frames + 60]
+    )
+    power[1, 300:420] = 0.0
+    level = rng.uniform(0.1, 1.0, (octaves, -(-frames // BLOCK)))
+    level[1, 3] = 0.0  # where all is 0 nothing rises
+    weights, scale = np.array([0.5, 0.3, 0.2]), scale_at(RATE)._replace(past=past, forward=forward)
+    after, out = np.empty((octaves, frames)), np.empty(frames)
+    every = np.empty((2, octaves, -(-frames // STEP)))
+    octave_rise(power, left, scale, level, weights, after, every, out)
+    falling = np.arange(forward, 0, -1) / np.arange(forward + 1).sum()
+    before, expected = np.empty((octaves, frames)), np.zeros(frames)
+    for j in range(frames):
+        now = power[:, left + j : left + j + forward] @ falling
+        before[:, j] = power[:, left + j - past : left + j].mean(axis=1)
+        np.testing.assert_allclose(after[:, j], now, rtol=1e-12)
+        base = np.maximum(before[:, j], 2.0 * level[:, j // BLOCK])
+        some = (now > base) & (base > 0.0)
+        expected[j] = weights[some] @ np.log(now[some] / base[some])
+    assert 0.1 < (expected > 0.0).mean() < 0.95
+    np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(every, np.stack((after, before))[:, :, ::STEP], rtol=1e-12)
 
 
 NO_LOW_OCTAVES = np.empty((0, 0)), 0, np.empty(0, np.int64), np.empty(0, np.int64)

@@ -55,6 +55,16 @@ def put_extremes(x, per, out):
 
 
 @njit(nogil=True)
+def count_equal(x, every, value, other):
+    """How many samples, of which one in so many is looked at, equal a value, and another."""
+    count = others = 0
+    for i in range(np.uint64(0), np.uint64(len(x)), np.uint64(every)):
+        count += x[i] == value
+        others += x[i] == other
+    return count, others
+
+
+@njit(nogil=True)
 def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
     """out[:, k]: noise of core k, at least that of rounding and of the steps of a converter.
 

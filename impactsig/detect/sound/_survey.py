@@ -241,7 +241,15 @@ class Survey:
         if self.after.shape[1] != slab.frames:
             self.after = np.empty((self.scale.octaves, slab.frames))
             self.every = np.empty((2, self.scale.octaves, -(-slab.frames // STEP)))
-        rise = np.empty(slab.frames)
+        if slab.first == 0:
+            self.passages.append(Passage(slab.segment))
+            self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
+            self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
+        passage, spacing = self.passages[-1], self.scale.spacing
+        near = np.empty(2 * spacing + slab.frames + spacing * slab.last)
+        near[: 2 * spacing] = self.tail
+        near[2 * spacing + slab.frames :] = 0.0
+        rise = near[2 * spacing : 2 * spacing + slab.frames]
         octave_rise(
             slab.octaves, slab.left, self.scale, octaves, self.weights,
             self.after, self.every, rise,
@@ -249,17 +257,12 @@ class Survey:
         first, last = slab.telling
         rise[: max(first, 0)] = 0.0
         rise[max(last, 0) :] = 0.0
-        if slab.first == 0:
-            self.passages.append(Passage(slab.segment))
-            self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
-            self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
-        passage = self.passages[-1]
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
         passage.silent.append(slab.silent)
         passage.rises.append(self._rises(slab, background))
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
-        self._keep_crests(passage, rise, slab, octaves)
+        self._keep_crests(passage, near, slab, octaves)
         finer = np.empty((2, slab.power.shape[1]))
         band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
@@ -317,21 +320,19 @@ class Survey:
     def _keep_crests(
         self, passage: Passage, rise: np.ndarray, slab: Slab, background: np.ndarray
     ) -> None:
+        """Keep the crests of the rise, which begins two spacings before the slab."""
         spacing = self.scale.spacing
-        known = np.concatenate((self.tail, rise, np.zeros(spacing * slab.last)))
-        found = np.empty(len(known) // (spacing + 1) + 1, np.int64)
-        n = crests(known, spacing, LEAST * self.spread, spacing, len(known) - spacing, found)
-        passage.place.append(found[:n] + slab.first - 2 * spacing)
-        passage.height.append(known[found[:n]])
-        frames = found[:n] - 2 * spacing
-        earlier = frames < 0
-        loud = (
-            self.tail_loud[found[:n][earlier]],
-            self._loudness(background, frames[~earlier]),
-        )
+        found = np.empty(len(rise) // (spacing + 1) + 1, np.int64)
+        n = crests(rise, spacing, LEAST * self.spread, spacing, len(rise) - spacing, found)
+        found = found[:n]
+        frames = found - 2 * spacing
+        passage.place.append(frames + slab.first)
+        passage.height.append(rise[found])
+        earlier = int(frames.searchsorted(0))
+        loud = self.tail_loud[found[:earlier]], self._loudness(background, frames[earlier:])
         passage.loud.append(np.concatenate(loud))
-        self.tail = known[-2 * spacing :]
-        end = np.arange(len(rise) - 2 * spacing, len(rise))
+        self.tail = rise[-2 * spacing :]
+        end = np.arange(slab.frames - 2 * spacing, slab.frames)
         if end[0] >= 0:
             self.tail_loud = self._loudness(background, end)
 
