@@ -43,7 +43,7 @@ def odds_of_each(x: np.ndarray, places: list[float], asked: list[bool]) -> np.nd
     spectrum = Spectrum(bands_at(RATE, GROUP * scale.hop))
     limits = float(x.min()), float(x.max())
     rises = np.array(places), np.array(asked)
-    return overload_odds(x, *rises, (0, len(x)), limits, spectrum, scale, RATE)
+    return overload_odds(x, *rises, limits, spectrum, scale, RATE)
 
 
 def odds_of(x: np.ndarray, place: float, *, asked: bool = True) -> float:

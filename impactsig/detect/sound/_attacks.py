@@ -108,31 +108,30 @@ class Attacks:
         if here.start == here.stop:
             return
         raw, core = window.beside(self.more * scale.hop)
-        valid = 0, len(raw)
         x = raw if self.taps is None else filtered(raw, self.taps)
         places = core + (passage.frame[here] - first) * scale.hop
         for k in np.flatnonzero(passage.coarse[here]):
-            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
+            places[k] = greatest_rise(x, int(places[k]), scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
-        measure(x, places, valid, self.limits, scale, attack, sounds)
+        measure(x, places, self.limits, scale, attack, sounds)
         if self.taps is not None:
-            clipped_after(raw, attack[:, 0], valid, self.limits, scale, attack[:, 2])
+            clipped_after(raw, attack[:, 0], self.limits, scale, attack[:, 2])
         lone = np.empty(len(places), np.bool_)
-        lone_samples(raw, attack[:, 0].copy(), valid, round(CLICK * rate), scale.reach, lone)
+        lone_samples(raw, attack[:, 0].copy(), round(CLICK * rate), scale.reach, lone)
         sharp, rise = np.full((2, len(places)), np.nan)
         dense = self.crowded[window.segment][here]
         if dense.any():
             lags = scale.long_lag, scale.slope
-            sharp[dense], rise[dense] = sharpness(x, attack[dense, 0], valid, rate, *lags)
+            sharp[dense], rise[dense] = sharpness(x, attack[dense, 0], rate, *lags)
         lags = scale.short_lag, scale.slope
-        gradual = gradual_odds(x, attack[:, 0], passage.steady[here], valid, rate, lags)
-        edges = attack[:, 0], passage.may_be_edge[here], valid
+        gradual = gradual_odds(x, attack[:, 0], passage.steady[here], rate, lags)
+        edges = attack[:, 0], passage.may_be_edge[here]
         overload = overload_odds(raw, *edges, self.limits, self.spectrum, scale, rate)
         probability = passage.probability[here]
-        self.modes.add(x, valid, attack[:, 0])
+        self.modes.add(x, attack[:, 0])
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, probability >= EVEN)
-        self.beginnings.add(x, valid, attack[:, 0])
+        self.beginnings.add(x, attack[:, 0])
         attack[:, 0] += window.segment + window.first - core
         spread = passage.spread[here]
         tells = lone, sharp, rise, gradual, overload
@@ -172,14 +171,12 @@ class Attacks:
         return instant, error, alike
 
 
-def greatest_rise(
-    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
-) -> int:
+def greatest_rise(x: np.ndarray, place: int, scale: Scale, rate: float) -> int:
     """Frame near `place` at which the power rises most within COARSE."""
     half = round(COARSE * rate)
     edge = scale.spacing * scale.hop
-    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
-    high = min(place + round(LATER * rate) - edge, valid[1] - half)
+    low = max(place - round(SOONER * rate) + edge, half)
+    high = min(place + round(LATER * rate) - edge, len(x) - half)
     if low >= high:
         return place
     near = x[low - half : high + half].astype(float)

@@ -37,11 +37,11 @@ class Beginnings:
         self.step = max(round(STEP * self.rate), 1)
         self.found.append(np.empty((0, BEFORE + NOISE + ORDER)))
 
-    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Add the next attacks, halfway between two of the samples x, real from valid[0] on."""
+    def add(self, x: np.ndarray, attacks: np.ndarray) -> None:
+        """Add the next attacks, halfway between two of the samples x."""
         rows = np.empty((len(attacks), BEFORE + NOISE + ORDER))
         last = np.floor(attacks).astype(np.int64) - self.step
-        low_before(x, last, valid[0], self.step, rows)
+        low_before(x, last, self.step, rows)
         self.found.append(rows)
 
     def spread(self, shift: np.ndarray, likely: np.ndarray) -> np.ndarray:

@@ -8,14 +8,14 @@ from ._lane_kernels import exponentials, fused, logarithms, reordered
 
 
 @reordered
-def low_before(x, last, earliest, step, out):
+def low_before(x, last, step, out):
     """out[i, k]: mean of x under a triangle that ends k steps before the sample last[i].
 
     Each reaches a step to either side of its greatest weight, 1; a row holds the latest first. NaN
-    where samples before `earliest` would be needed.
+    where samples before the first of x would be needed.
     """
     for i in range(len(out)):
-        if last[i] - (out.shape[1] + 1) * step + 2 < earliest:
+        if last[i] - (out.shape[1] + 1) * step + 2 < 0:
             out[i] = np.nan
             continue
         for k in range(out.shape[1]):

@@ -68,12 +68,7 @@ def steady_odds(
 
 
 def gradual_odds(
-    x: np.ndarray,
-    attack: np.ndarray,
-    steady: np.ndarray,
-    valid: tuple[int, int],
-    rate: float,
-    lags: tuple[int, int],
+    x: np.ndarray, attack: np.ndarray, steady: np.ndarray, rate: float, lags: tuple[int, int]
 ) -> np.ndarray:
     """Log-odds that rises with these attacks, places in x, are sudden; infinite if not asked for.
 
@@ -82,11 +77,11 @@ def gradual_odds(
     out = np.full(len(attack), np.inf)
     edges = np.round(EDGES * rate).astype(np.int64)
     asked = np.isfinite(steady)
-    asked &= (attack + edges[0] >= valid[0] + sum(lags)) & (attack + edges[-1] < valid[1])
+    asked &= (attack + edges[0] >= sum(lags)) & (attack + edges[-1] < len(x))
     if not asked.any():
         return out
     power = np.empty((len(edges) - 1, np.count_nonzero(asked)))
-    powers_beside(x, attack[asked], valid, edges, lags, power)
+    powers_beside(x, attack[asked], edges, lags, power)
     size = np.diff(edges).astype(float)
 
     def mean(first: int, last: int) -> np.ndarray:

@@ -45,7 +45,6 @@ def overload_odds(
     x: np.ndarray,
     attack: np.ndarray,
     asked: np.ndarray,
-    valid: tuple[int, int],
     limits: tuple[float, float],
     spectrum: Spectrum,
     scale: Scale,
@@ -57,7 +56,6 @@ def overload_odds(
     ----------
     asked : ndarray of bool
         Which of them `may_be_edges`.
-    valid : first and last (exclusive) index of x that is a sample
     limits : least and greatest sample of the record
     """
     out = np.full(len(attack), np.inf)
@@ -70,8 +68,7 @@ def overload_odds(
     fresh = first + -(-round(SINCE * rate) // hop)
     middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * (limits[1] - limits[0])
     begin = place - first * hop - size // 2
-    asked = asked & (begin >= valid[0])
-    asked &= place + (frames - first) * hop + size // 2 < valid[1]
+    asked = asked & (begin >= 0) & (place + (frames - first) * hop + size // 2 < len(x))
     which = np.flatnonzero(asked)
     if len(which):
         beyond = np.empty(len(which), np.int64)

@@ -40,7 +40,7 @@ def crowds(instant: np.ndarray) -> np.ndarray:
 
 
 def sharpness(
-    x: np.ndarray, attack: np.ndarray, valid: tuple[int, int], rate: float, lag: int, slope: int
+    x: np.ndarray, attack: np.ndarray, rate: float, lag: int, slope: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Abruptness e of each rise relative to swelling noise, and R.
 
@@ -49,7 +49,7 @@ def sharpness(
     near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
     power = np.empty((4, len(attack)))
     edges = np.array([-far, -near, 0, near, far])
-    powers_beside(x, attack, valid, edges, (lag, slope), power)
+    powers_beside(x, attack, edges, (lag, slope), power)
     inside = near / far
     mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
     least = np.finfo(float).eps * mean + np.finfo(float).tiny
