@@ -8,9 +8,11 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.sound_timing import MODES, band_limited
 from benchmarks.varied_sound import result
+from impactsig.detect.sound.deciding._beside import PowersBeside
 from impactsig.detect.sound.deciding.notes import mains_notes
 from impactsig.detect.sound.deciding.swells import (
     CROWD,
+    EDGES,
     STEEP,
     SWELLS,
     crowds,
@@ -79,7 +81,14 @@ def test_sharpness_against_sums_by_hand():
     rng, rate, lag, slope = np.random.default_rng(2), 8000.0, 3, 2
     x = rng.standard_normal(370)
     attack = np.array([90.5, 201.5, 4.5, 369.5])
-    told, rise = sharpness(x, attack, rate, lag, slope)
+
+    def sharpness_of(x: np.ndarray, attack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        beside = PowersBeside(EDGES, rate, (lag, slope))
+        for some in (attack[:1], attack[1:]):
+            beside.add(x, some, np.ones(len(some), bool))
+        return sharpness(beside.powers(), rate)
+
+    told, rise = sharpness_of(x, attack)
 
     def power(first: int, last: int) -> float:
         y = [
@@ -96,11 +105,11 @@ def test_sharpness_against_sums_by_hand():
         assert rise[k] == pytest.approx(slow, abs=1e-9)
     # Beyond the ends the first and the last sample go on.
     longer = np.concatenate((np.full(50, x[0]), x, np.full(50, x[-1])))
-    again, _ = sharpness(longer, attack + 50.0, rate, lag, slope)
+    again, _ = sharpness_of(longer, attack + 50.0)
     np.testing.assert_allclose(again, told, rtol=1e-12)
     step = np.where(np.arange(370) < 190, 1.0, 100.0) * x  # 9.2 neper at once
     expected = 0.8 * np.log(1e4) - 1.2
-    found, _ = sharpness(step, np.array([189.5]), rate, lag, slope)
+    found, _ = sharpness_of(step, np.array([189.5]))
     assert found == pytest.approx([expected], abs=1.5)
 
 
