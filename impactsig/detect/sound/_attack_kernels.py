@@ -62,7 +62,7 @@ def attack(x, at, scale, gains):
     last = min(at + scale.forward * scale.hop, len(x))
     squares = np.empty((2, max(last - first, 0)))
     best, split, gain = 0, at - first, -1.0
-    for k in range(2):
+    for k in range(1 + (scale.long_lag > scale.short_lag)):  # at 8 kHz they are one
         lag = scale.short_lag if k == 0 else scale.long_lag
         innovations(x, first, lag, scale.slope, squares[k])
         square(squares[k])
