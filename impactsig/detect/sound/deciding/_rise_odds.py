@@ -37,7 +37,15 @@ from typing import NamedTuple
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, number_as_high, places_about, rate_of_others
+from .._nearby import (
+    greatest_beside,
+    greatest_within,
+    nearest_group,
+    number_as_high,
+    places_about,
+    rate_of_others,
+    separate_crests,
+)
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
 from .._survey import Passage
@@ -149,9 +157,7 @@ def settled(
 
 def high_crests(h: np.ndarray, seconds: float) -> np.ndarray:
     """Indices of H that none within WITHIN exceeds, as high as counts; the first of equal ones."""
-    reach = round(WITHIN / (STEP * seconds))
-    crest = np.flatnonzero((h > AS_HIGH * NOISE) & (h == greatest_within(h, reach)))
-    return crest[np.diff(crest, prepend=-reach - 1) > reach]
+    return separate_crests(h, round(WITHIN / (STEP * seconds)), AS_HIGH * NOISE)
 
 
 def by_octave(
@@ -225,13 +231,6 @@ def turned_odds(
     less = np.log1p(h) + np.minimum(np.log(often), 0.0)
     less -= np.where(bands >= FEEBLE, np.log(RISEN), 0.0)
     return np.where(h < SWELLS, odds + SWELLING_SLOPE * np.minimum(less, 0.0), odds)
-
-
-def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    """The greatest value at most `reach` from each place."""
-    if not len(at):
-        return np.empty(0)
-    return greatest_within(values, reach)[np.clip(at, 0, len(values) - 1)]
 
 
 def greatest_before(values: np.ndarray, at: np.ndarray, first: int, last: int) -> np.ndarray:

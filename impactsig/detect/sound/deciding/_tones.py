@@ -23,7 +23,14 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, places_about, ranked, separate_crests
+from .._nearby import (
+    greatest_within,
+    nearest_group,
+    places_about,
+    ranked,
+    separate_crests,
+    strongest_beside,
+)
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
 from .candidates import Candidates, with_others
@@ -151,8 +158,5 @@ def likeliest_onset(
 
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
     """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
-    padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
-    place = nearest_group(at, len(b))
-    strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
-    strongest = np.minimum(np.maximum(strongest, 0), len(b) - 1)
+    strongest = strongest_beside(b, nearest_group(at, len(b)), 2)
     return np.concatenate(passage.growth)[strongest]

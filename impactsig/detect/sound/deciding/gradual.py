@@ -26,10 +26,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import nearest_group, places_about
+from .._nearby import greatest_beside, nearest_group, places_about
 from .._rise_kernels import STEP
 from .._survey import Passage
-from ._rise_odds import HERE, greatest_beside
+from ._rise_odds import HERE
 
 RISEN, ABRUPT = 0.33, 60.0  # B from which on, and H below which a rise may be gradual
 SUDDEN, SHOWN = 3.0, 0.3  # R of an impact, and least S of a gradual rise
