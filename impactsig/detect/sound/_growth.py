@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._growth_kernels import add_powers
+
 SLICE = 0.125e-3  # [s]
 SPANS = 1, 2, 4  # slices in each of the two times
 NOISE = 2, 8  # slices before the attack in which noise is measured
@@ -43,13 +45,7 @@ class Growth:
     def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
         """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
         first = self.before - self.lead
-        near = sounds[:, first : first + len(self.total)][likely]
-        power = near * near
-        energy = power[:, self.lead :].sum(axis=1)
-        some = energy > FAINTEST
-        weight = np.where(some, 1.0 / np.where(some, energy, 1.0), 0.0)
-        self.total[: power.shape[1]] += weight @ power
-        self.count += int(np.count_nonzero(some))
+        self.count += add_powers(sounds, likely, first, self.lead, FAINTEST, self.total)
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""

@@ -64,7 +64,9 @@ def most_odds(
     pool = known & likely
     first, last = places_about(instant[pool], instant, WITHIN, WITHIN)
     middle = (last - first) // 2
-    slow = ranked(rise[pool], first, last, middle)
-    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)
-    swells = known & (last - first > CROWD) & gradual & (slow < STEEP)
+    median = ranked(sharp[pool], first, last, middle)
+    swells = known & (last - first > CROWD) & (median < SWELLS)
+    if swells.any():
+        slow = ranked(rise[pool], first, last, middle)
+        swells &= (median < SHOWS * slow - HIDDEN) & (slow < STEEP)
     return np.where(swells, SLOPE * (sharp - SHARP), np.inf)
