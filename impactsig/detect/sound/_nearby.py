@@ -28,7 +28,7 @@ def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
 
 def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
     """The GROUP, of so many, whose first frame is nearest to each frame."""
-    return np.minimum(np.maximum(np.rint(frame / GROUP).astype(int), 0), count - 1)
+    return np.minimum(np.rint(frame / GROUP).astype(int), count - 1)
 
 
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:

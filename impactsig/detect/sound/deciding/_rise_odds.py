@@ -36,7 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._kernels import GROUP
+from .._kernels import BLOCK, GROUP
 from .._nearby import (
     greatest_beside,
     greatest_within,
@@ -49,7 +49,6 @@ from .._nearby import (
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
 from .._survey import Passage
-from ._octave_evidence import rattling
 from .candidates import HOPELESS, Candidates, with_others
 from .crests import Crests
 
@@ -84,10 +83,14 @@ def with_rises(
     crests: Crests,
     passage: Passage,
     b: np.ndarray,
+    rattle: np.ndarray,
     audible: float,
     seconds: float,
 ) -> Candidates:
-    """Change the log-odds by rises in one octave, and add impacts that only these show."""
+    """Change the log-odds by rises in one octave, and add impacts that only these show.
+
+    `rattle` is R / a of each BLOCK.
+    """
     h = np.concatenate(passage.rises)
     silent = np.concatenate(passage.silent)
     known = np.concatenate(passage.known)
@@ -108,8 +111,7 @@ def with_rises(
     own = Own(*(column[own.odds > HOPELESS] for column in own))
     if not len(own.frame):
         return found._replace(odds=odds)
-    rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
-    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
+    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle[own.frame // BLOCK]))
     by_all = odds
     odds, own = one_of_each(found.frame, by_all, own, ALONE / seconds)
     spread = np.full(len(own.frame), SPREAD)
