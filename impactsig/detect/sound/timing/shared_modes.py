@@ -32,7 +32,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import FAINTEST, spread_of
+from .._growth import FAINTEST
+from .._growth_kernels import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import may_share
