@@ -24,16 +24,23 @@ def newness(power, begins, past, fresh, frames, out):
     Of each band, the greatest of the frames from `fresh` to before `frames` is compared with that
     of the first `past` of this band and its neighbours.
     """
-    bands = len(power)
-    before, after = np.zeros(bands + 2), np.empty(bands)
-    for k in range(len(begins)):
-        for b in range(bands):
+    bands, count = len(power), len(begins)
+    before, after = np.zeros((bands + 2, count)), np.empty((bands, count))
+    for b in range(bands):
+        for k in range(count):
             row = power[b, begins[k] : begins[k] + frames]
-            before[b + 1], after[b] = row[:past].max(), row[fresh:].max()
-        total, count = 0.0, 0
-        for b in range(bands):
-            least = max(before[b], before[b + 1], before[b + 2])
-            count += least > 0.0
-            if after[b] > least > 0.0:
-                total += np.log(after[b] / least)
-        out[k] = total / count if count else np.inf
+            for i in range(past):
+                before[b + 1, k] = max(before[b + 1, k], row[i])
+            after[b, k] = row[fresh]
+            for i in range(fresh + 1, frames):
+                after[b, k] = max(after[b, k], row[i])
+    heard = np.zeros(count)
+    out[:] = 0.0
+    for b in range(bands):
+        for k in range(count):
+            least = max(before[b, k], before[b + 1, k], before[b + 2, k])
+            heard[k] += least > 0.0
+            if after[b, k] > least > 0.0:
+                out[k] += np.log(after[b, k] / least)
+    for k in range(count):
+        out[k] = out[k] / heard[k] if heard[k] > 0.0 else np.inf
