@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -60,7 +62,7 @@ def test_a_short_silence_in_a_slow_wave_becomes_a_straight_line():
     wave = 100.0 * np.cos(0.02 * np.arange(400))
     x, out = wave.copy(), np.empty(400)
     x[150:170] = x[200] = x[20:80] = 0.0  # 60 samples are silence, one is a click
-    assert bridge(x, 4, 40, 1.0, out) == 1
+    assert bridge(x, 40, 1.0, x.min(), x.max(), out) == 1
     np.testing.assert_allclose(out[149:171], np.linspace(x[149], x[170], 22))
     np.testing.assert_array_equal(np.delete(out, np.s_[150:170]), np.delete(x, np.s_[150:170]))
 
@@ -77,7 +79,40 @@ def test_what_is_no_short_silence_stays(what):
         step = 40.0
     else:
         x = x[152:168]
-    assert bridge(x, 4, 40, step, np.empty(len(x))) == 0
+    assert bridge(x, 40, step, x.min(), x.max(), np.empty(len(x))) == 0
+
+
+def bridged_run_by_run(x, longest, step):
+    """What `bridge` does, one run of equal samples after the other."""
+    out, edges = x.copy(), np.flatnonzero(np.diff(x)) + 1
+    for begin, end in itertools.pairwise(edges):
+        base = x[begin]
+        if not 4 <= end - begin < longest or begin < 4 or end > len(x) - 4:
+            continue
+        sides = x[begin - 4 : begin][::-1] - base, x[end : end + 4] - base
+        if any(np.abs(side).max() <= 3 * step for side in sides):
+            continue
+        jumps = [(abs(side[0]), abs(side[1] - side[0])) for side in sides]
+        if any(jump > 3 * step and change > 0.5 * jump for jump, change in jumps):
+            continue
+        if x.min() < base < x.max():
+            out[begin:end] = np.linspace(x[begin - 1], x[end], end - begin + 2)[1:-1]
+    return out
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_silences_are_found_in_vector_lanes_as_one_by_one(seed, kind):
+    rng = np.random.default_rng(seed)
+    wave = rng.uniform(5.0, 60.0) * np.sin(rng.uniform(0.003, 0.1) * np.arange(3000))
+    x = np.clip(np.round(wave), -30, 30)
+    for begin in rng.integers(0, 3000, 80):  # some begin at the ends, some touch
+        x[begin : begin + rng.integers(2, 30)] = rng.choice([0.0, 3.0, x[begin], x.max()])
+    x, out, some = x.astype(kind), np.empty(3000), np.sort(x[1000:1100])
+    count = bridge(x, 20, 1.0, some[0], some[-1], out)
+    expected = bridged_run_by_run(x.astype(float), 20, 1.0)
+    assert count > 5
+    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-6 if kind is np.float32 else 1e-12)
 
 
 def test_silent_frames_have_the_mean_power_of_the_whole_ones_before():

@@ -161,7 +161,7 @@ class Survey:
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
-        bridged = self.gate.bridged(x, power, min(one.step for one in cores))
+        bridged = self.gate.bridged(x, power, cores)
         if bridged is not None:
             x = bridged
             octave_powers(x, scale.octaves, *self.scratch[:, :half], power)

@@ -9,10 +9,12 @@ from .._core_kernels import extremes
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
+SHORTEST = 4  # samples of a silence that is bridged
 BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
 SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 _NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
+_TWO, _THREE, _FOUR = np.uint64(2), np.uint64(3), np.uint64(4)
 
 
 @njit(nogil=True)
@@ -89,55 +91,70 @@ def soften(x, silent, length):
 
 
 @njit(nogil=True)
-def bridge(x, shortest, longest, step, out):
+def bridge(x, longest, step, least, greatest, out):
     """Copy x to `out`, with straight lines across short silences that cut a wave off.
 
-    These are from `shortest` to before `longest` equal samples. On both sides some of the next
+    These are from SHORTEST to before `longest` equal samples. On both sides some of the next
     BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
     impact: where the first is as far off, the second is not as far from it. What equals the least
-    or the greatest sample is clipped, no silence. Returns their number; `out` is filled if there
-    are any.
+    or the greatest sample is clipped, no silence; `least` and `greatest` are those of a part of x.
+    Returns their number; `out` is filled if there are any.
     """
-    count, off, i, looked = 0, STEPS * step, BESIDE, 0
-    least = greatest = np.float64(x[0])
-    while i < len(x) - BESIDE:
-        if i >= looked:  # whether any of the next ones equals that before it, in vector lanes
-            looked, equal = min(i + SIDE_BY_SIDE, len(x) - 1), 0
-            for k in range(np.uint64(i), np.uint64(looked)):
-                equal += x[k + _ONE] == x[k]
-            if equal == 0:
-                i = looked
+    count, off, known = 0, STEPS * step, False
+    begins = np.empty(SIDE_BY_SIDE, np.bool_)
+    for first in range(BESIDE, len(x) - BESIDE, SIDE_BY_SIDE):
+        size = min(SIDE_BY_SIDE, len(x) - BESIDE - first)
+        if not put_beginnings(x, first, off, begins[:size]):
+            continue
+        for begin in range(first, first + size):
+            if not begins[begin - first]:
                 continue
-        begin = i
-        i += 1
-        while i < len(x) and x[i] == x[begin]:
-            i += 1
-        if i - begin < shortest or i - begin >= longest or len(x) - i < BESIDE:
-            continue
-        base, last = x[begin], x[i]
-        before = after = 0.0
-        for k in range(BESIDE):
-            before = max(before, abs(x[begin - 1 - k] - base))
-            after = max(after, abs(x[i + k] - base))
-        if before <= off or after <= off:
-            continue
-        jump = abs(x[begin - 1] - base)
-        if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
-            continue
-        jump = abs(last - base)
-        if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
-            continue
-        if least == greatest:
-            least, greatest, _ = extremes(x)  # in vector lanes
-        if base in (least, greatest):
-            continue
-        if count == 0:
-            out[:] = x
-        for k in range(begin, i):
-            share = (k - begin + 1.0) / (i - begin + 1.0)
-            out[k] = (1.0 - share) * x[begin - 1] + share * last
-        count += 1
+            end = begin + SHORTEST
+            while end < len(x) and end - begin < longest and x[end] == x[begin]:
+                end += 1
+            if end - begin == longest or len(x) - end < BESIDE:
+                continue
+            base, last, after = x[begin], x[end], 0.0
+            for k in range(BESIDE):
+                after = max(after, abs(x[end + k] - base))
+            if after <= off:
+                continue
+            jump = abs(x[begin - 1] - base)
+            if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
+                continue
+            jump = abs(last - base)
+            if jump > off and abs(x[end + 1] - last) > SMOOTH * jump:
+                continue
+            if not (known or least < base < greatest):
+                least, greatest, _ = extremes(x)
+                known = True
+            if base in (least, greatest):
+                continue
+            if count == 0:
+                out[:] = x
+            for k in range(begin, end):
+                share = (k - begin + 1.0) / (end - begin + 1.0)
+                out[k] = (1.0 - share) * x[begin - 1] + share * last
+            count += 1
     return count
+
+
+@njit(nogil=True)
+def put_beginnings(x, first, off, out):
+    """Where SHORTEST or more equal samples begin from x[first] on, after some that are `off` off.
+
+    Returns whether any do. In vector lanes: quiet sound has many equal samples in a row.
+    """
+    any_begins, begin = False, np.uint64(first)
+    for i in range(np.uint64(len(out))):
+        k = begin + i
+        base, before = x[k], x[k - _ONE]
+        equal = (x[k + _ONE] == base) & (x[k + _TWO] == base) & (x[k + _THREE] == base)
+        far = (abs(before - base) > off) | (abs(x[k - _TWO] - base) > off)
+        far |= (abs(x[k - _THREE] - base) > off) | (abs(x[k - _FOUR] - base) > off)
+        out[i] = equal & far & (before != base)
+        any_begins |= out[i]
+    return any_begins
 
 
 @njit(nogil=True)

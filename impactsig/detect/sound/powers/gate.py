@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._cores import Core
 from .._kernels import GROUP, Scale, octave_powers
 from ._gate_kernels import (
     CLOSED,
@@ -25,7 +26,6 @@ from ._gate_kernels import (
 from .bands import Bands
 
 RAMP = 4e-3  # [s]
-SHORTEST = 4  # samples of a silence that is bridged
 
 
 @dataclass
@@ -46,16 +46,16 @@ class Gate:
         self.bands_held = np.zeros(len(self.bands.first))
         self.share, self.silent = 1.0, None
 
-    def bridged(self, x: np.ndarray, power: np.ndarray, step: float) -> np.ndarray | None:
+    def bridged(self, x: np.ndarray, power: np.ndarray, cores: list[Core]) -> np.ndarray | None:
         """Samples without silences too short to be held, None if there are none.
 
-        `power` is that of the octaves of x, and `step` the least difference of samples in a row.
+        `power` is that of the octaves of x, and `cores` are those that x contains.
         """
-        hop = self.scale.hop
-        if power[0].min() > 0.0 or not np.isfinite(step):
+        _, least, greatest, _, step = zip(*cores, strict=True)
+        if power[0].min() > 0.0 or not np.isfinite(min(step)):
             return None
-        out = np.empty(len(x))
-        return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
+        out, longest = np.empty(len(x)), (CLOSED + 2) * self.scale.hop
+        return out if bridge(x, longest, min(step), min(least), max(greatest), out) else None
 
     def octaves(
         self,
