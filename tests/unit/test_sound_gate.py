@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from impactsig import Recording, detect_impacts
+from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._nearby import greatest_within
 from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
     heard_shares,
     hold,
     hold_bands,
+    renew_powers,
     silent_frames,
     silent_samples,
     soften,
@@ -51,7 +54,9 @@ def test_steps_become_ramps_and_clicks_stay():
     x = np.concatenate(([1.1, 1.0], np.zeros(20), [2.0, 2.1], np.zeros(20), [5.0, 0.0]))
     silent = x == 0.0
     silent[-1] = False
-    soften(x, silent, 4)
+    changed = np.zeros(24, np.bool_)
+    soften(x, silent, 4, 2, changed)
+    np.testing.assert_array_equal(np.flatnonzero(changed), [1, 2, 9, 10, 12, 13])
     np.testing.assert_allclose(x[1:7], [1.0, 0.8, 0.6, 0.4, 0.2, 0.0])
     np.testing.assert_allclose(x[17:23], [0.0, 0.4, 0.8, 1.2, 1.6, 2.0])
     np.testing.assert_allclose(x[24:30], [2.1 * k / 5 for k in (4, 3, 2, 1, 0, 0)])
@@ -62,7 +67,9 @@ def test_a_short_silence_in_a_slow_wave_becomes_a_straight_line():
     wave = 100.0 * np.cos(0.02 * np.arange(400))
     x, out = wave.copy(), np.empty(400)
     x[150:170] = x[200] = x[20:80] = 0.0  # 60 samples are silence, one is a click
-    assert bridge(x, 40, 1.0, x.min(), x.max(), out) == 1
+    changed = np.zeros(100, np.bool_)
+    assert bridge(x, 4, 1.0, x.min(), x.max(), out, changed) == 1
+    np.testing.assert_array_equal(np.flatnonzero(changed), np.arange(150 // 4, 170 // 4 + 1))
     np.testing.assert_allclose(out[149:171], np.linspace(x[149], x[170], 22))
     np.testing.assert_array_equal(np.delete(out, np.s_[150:170]), np.delete(x, np.s_[150:170]))
 
@@ -79,7 +86,9 @@ def test_what_is_no_short_silence_stays(what):
         step = 40.0
     else:
         x = x[152:168]
-    assert bridge(x, 40, step, x.min(), x.max(), np.empty(len(x))) == 0
+    changed = np.zeros(100, np.bool_)
+    assert bridge(x, 4, step, x.min(), x.max(), np.empty(len(x)), changed) == 0
+    assert not changed.any()
 
 
 def bridged_run_by_run(x, longest, step):
@@ -108,11 +117,34 @@ def test_silences_are_found_in_vector_lanes_as_one_by_one(seed, kind):
     x = np.clip(np.round(wave), -30, 30)
     for begin in rng.integers(0, 3000, 80):  # some begin at the ends, some touch
         x[begin : begin + rng.integers(2, 30)] = rng.choice([0.0, 3.0, x[begin], x.max()])
-    x, out, some = x.astype(kind), np.empty(3000), np.sort(x[1000:1100])
-    count = bridge(x, 20, 1.0, some[0], some[-1], out)
+    x, out, some = x.astype(kind), np.empty(3000), x[1000:1100]
+    changed = np.zeros(1500, np.bool_)
+    count = bridge(x, 2, 1.0, some.min(), some.max(), out, changed)
     expected = bridged_run_by_run(x.astype(float), 20, 1.0)
     assert count > 5
     np.testing.assert_allclose(out, expected, rtol=0, atol=1e-6 if kind is np.float32 else 1e-12)
+    assert changed[np.flatnonzero(out != x) // 2].all()
+    assert np.count_nonzero(changed) < 1400
+
+
+@pytest.mark.parametrize("octaves", [3, 4])
+def test_powers_are_renewed_where_samples_have_changed(octaves):
+    rng, hop, frames = np.random.default_rng(7), 2**octaves, 600
+    x = rng.standard_normal(frames * hop)
+
+    def powers():
+        scratch, power = np.empty((3, len(x) // 2)), np.empty((octaves, frames))
+        octave_powers(x, octaves, *scratch, power)
+        return power, scratch[(octaves + 1) % 2, :frames].copy()
+
+    power, rest = powers()
+    changed = np.zeros(frames, np.bool_)
+    for begin, end in ((0, 3), (20, 21), (30, 33), (100, 350), (500, 502), (597, 600)):
+        changed[begin:end] = True
+        x[begin * hop : end * hop] = 0.0
+    renew_powers(x, hop, greatest_within(changed, EDGE), power, rest)
+    for renewed, expected in zip((power, rest), powers(), strict=True):
+        np.testing.assert_array_equal(renewed, expected)
 
 
 def test_silent_frames_have_the_mean_power_of_the_whole_ones_before():

@@ -6,12 +6,14 @@ import numpy as np
 
 from ...._compiling.compiled import njit
 from .._core_kernels import extremes
+from .._kernels import EDGE, octave_powers
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
 SHORTEST = 4  # samples of a silence that is bridged
 BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
+MOST = 64  # frames of which powers are renewed together
 SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 _NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
 _TWO, _THREE, _FOUR = np.uint64(2), np.uint64(3), np.uint64(4)
@@ -19,31 +21,38 @@ _TWO, _THREE, _FOUR = np.uint64(2), np.uint64(3), np.uint64(4)
 
 @njit(nogil=True)
 def silent_frames(power, first, last, out):
-    """Mask of frames in runs of CLOSED or more without power."""
+    """Mask of frames in runs of CLOSED or more without power. Returns whether there are any."""
     out[:] = False
-    run = 0
-    for j in range(first, last + 1):
-        closed = j < last
-        for b in range(power.shape[0]):
-            if not closed or power[b, j] != 0.0:
-                closed = False
-                break
-        if closed:
+    row, within = power[0, first:last], out[first:last]
+    for j in range(len(row)):
+        within[j] = row[j] == 0.0
+    for b in range(1, power.shape[0]):
+        row = power[b, first:last]
+        for j in range(len(row)):
+            within[j] &= row[j] == 0.0
+    any_closed, run = False, 0
+    for j in range(len(within) + 1):
+        if j < len(within) and within[j]:
             run += 1
             continue
         if run >= CLOSED:
-            out[j - run : j] = True
+            any_closed = True
+        else:
+            for i in range(j - run, j):
+                within[i] = False
         run = 0
+    return any_closed
 
 
 @njit(nogil=True)
 def silent_samples(x, silent, hop, out):
     """Mask of samples in silent frames, or equal to all that follow until one.
 
-    Frames in which the samples change, as in a straight line, are silent no more.
+    Frames in which the samples change, as in a straight line, are silent no more. Returns whether
+    any are.
     """
     out[:] = False
-    j = 0
+    any_silent, j = False, 0
     while j < len(silent):
         if not silent[j]:
             j += 1
@@ -61,14 +70,16 @@ def silent_samples(x, silent, hop, out):
             begin -= 1
         while end < len(x) and x[end] == x[end - 1]:
             end += 1
-        out[begin:end] = True
+        out[begin:end] = any_silent = True
+    return any_silent
 
 
 @njit(nogil=True)
-def soften(x, silent, length):
+def soften(x, silent, length, hop, changed):
     """Add linear ramps of at most `length` samples beside each silence.
 
-    There is none beside a click: it is no part of a wave that was cut off.
+    There is none beside a click: it is no part of a wave that was cut off. The frames that ramps
+    touch are `changed`.
     """
     i = 0
     while i < len(x):
@@ -81,26 +92,28 @@ def soften(x, silent, length):
             if abs(x[begin - 2] - x[begin - 1]) <= SMOOTH * abs(step):
                 for k in range(ramp):
                     x[begin + k] = base + step * (ramp - k) / (ramp + 1.0)
+                changed[begin // hop : (begin + ramp - 1) // hop + 1] = True
         if ramp and i < len(x) - 1:
             step = x[i] - base
             if abs(x[i + 1] - x[i]) <= SMOOTH * abs(step):
                 for k in range(ramp):
                     x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
+                changed[(i - ramp) // hop : (i - 1) // hop + 1] = True
         while i < len(x) and not silent[i]:
             i += 1
 
 
 @njit(nogil=True)
-def bridge(x, longest, step, least, greatest, out):
+def bridge(x, hop, step, least, greatest, out, changed):
     """Copy x to `out`, with straight lines across short silences that cut a wave off.
 
-    These are from SHORTEST to before `longest` equal samples. On both sides some of the next
-    BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
+    These are from SHORTEST to before CLOSED + 2 frames of equal samples. On both sides some of the
+    next BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
     impact: where the first is as far off, the second is not as far from it. What equals the least
     or the greatest sample is clipped, no silence; `least` and `greatest` are those of a part of x.
-    Returns their number; `out` is filled if there are any.
+    Returns their number; if there are any, `out` is filled and the frames of these are `changed`.
     """
-    count, off, known = 0, STEPS * step, False
+    count, off, longest, known = 0, STEPS * step, (CLOSED + 2) * hop, False
     begins = np.empty(SIDE_BY_SIDE, np.bool_)
     for first in range(BESIDE, len(x) - BESIDE, SIDE_BY_SIDE):
         size = min(SIDE_BY_SIDE, len(x) - BESIDE - first)
@@ -135,6 +148,7 @@ def bridge(x, longest, step, least, greatest, out):
             for k in range(begin, end):
                 share = (k - begin + 1.0) / (end - begin + 1.0)
                 out[k] = (1.0 - share) * x[begin - 1] + share * last
+            changed[begin // hop : (end - 1) // hop + 1] = True
             count += 1
     return count
 
@@ -155,6 +169,39 @@ def put_beginnings(x, first, off, out):
         out[i] = equal & far & (before != base)
         any_begins |= out[i]
     return any_begins
+
+
+@njit(nogil=True)
+def renew_powers(x, hop, wanted, power, rest):
+    """Powers of the octaves, and what is left below them, in the frames of x that are `wanted`.
+
+    As `octave_powers` of all of x gives them.
+    """
+    octaves, frames = power.shape
+    longest = MOST + 2 * EDGE
+    even, odd, high = np.empty((3, longest * hop // 2))
+    room, begin = np.empty(octaves * longest), 0
+    while begin < frames:
+        if not wanted[begin]:
+            begin += 1
+            continue
+        end = j = begin + 1
+        while j < min(begin + MOST, frames) and j <= end + 2 * EDGE:
+            j += 1
+            if wanted[j - 1]:
+                end = j
+        first, last = max(begin - EDGE, 0), min(end + EDGE, frames)
+        count = last - first
+        half = count * hop // 2
+        part = room[: octaves * count].reshape(octaves, count)
+        own = x[first * hop : last * hop]
+        octave_powers(own, octaves, even[:half], odd[:half], high[:half], part)
+        left = even if octaves % 2 else odd
+        for j in range(begin, end):
+            rest[j] = left[j - first]
+            for b in range(octaves):
+                power[b, j] = part[b, j - first]
+        begin = end
 
 
 @njit(nogil=True)
