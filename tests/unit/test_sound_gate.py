@@ -38,24 +38,32 @@ def test_silence_is_a_run_of_frames_without_power():
 
 def test_silence_reaches_to_the_last_equal_sample():
     x = np.array([1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0])
-    out = np.empty(10, np.bool_)
-    silent_samples(x, np.array([False, False, True, False, False]), 2, out)
+    out, runs = np.empty(10, np.bool_), np.empty((2, 2), np.int64)
+    assert silent_samples(x, np.array([False, False, True, False, False]), 2, out, runs) == 1
     np.testing.assert_array_equal(np.flatnonzero(out), np.arange(2, 8))
+    np.testing.assert_array_equal(runs[0], [2, 8])
+
+
+def test_silences_of_two_levels_without_a_sample_between_them_are_one():
+    x = np.repeat([1.0, 0.0, 2.0, 0.0], [3, 5, 6, 2])
+    out, runs = np.empty(16, np.bool_), np.empty((8, 2), np.int64)
+    silent = np.isin(np.arange(8), [2, 3, 5])  # frame 3 is both
+    silent[3] = False
+    assert silent_samples(x, silent, 2, out, runs) == 1
+    np.testing.assert_array_equal(runs[0], [3, 14])
 
 
 def test_a_straight_line_is_no_silence():
     silent, out = np.array([False, True, True, False]), np.empty(8, np.bool_)
-    silent_samples(np.arange(8.0), silent, 2, out)
+    assert silent_samples(np.arange(8.0), silent, 2, out, np.empty((2, 2), np.int64)) == 0
     assert not out.any()
     assert not silent.any()
 
 
 def test_steps_become_ramps_and_clicks_stay():
     x = np.concatenate(([1.1, 1.0], np.zeros(20), [2.0, 2.1], np.zeros(20), [5.0, 0.0]))
-    silent = x == 0.0
-    silent[-1] = False
     changed = np.zeros(24, np.bool_)
-    soften(x, silent, 4, 2, changed)
+    soften(x, np.array([[2, 22], [24, 44]]), 4, 2, changed)
     np.testing.assert_array_equal(np.flatnonzero(changed), [1, 2, 9, 10, 12, 13])
     np.testing.assert_allclose(x[1:7], [1.0, 0.8, 0.6, 0.4, 0.2, 0.0])
     np.testing.assert_allclose(x[17:23], [0.0, 0.4, 0.8, 1.2, 1.6, 2.0])

@@ -45,14 +45,14 @@ def silent_frames(power, first, last, out):
 
 
 @njit(nogil=True)
-def silent_samples(x, silent, hop, out):
+def silent_samples(x, silent, hop, out, runs):
     """Mask of samples in silent frames, or equal to all that follow until one.
 
-    Frames in which the samples change, as in a straight line, are silent no more. Returns whether
-    any are.
+    Frames in which the samples change, as in a straight line, are silent no more. Returns the
+    number of runs of such samples; each is from runs[k, 0] to before runs[k, 1].
     """
     out[:] = False
-    any_silent, j = False, 0
+    count = j = 0
     while j < len(silent):
         if not silent[j]:
             j += 1
@@ -70,37 +70,35 @@ def silent_samples(x, silent, hop, out):
             begin -= 1
         while end < len(x) and x[end] == x[end - 1]:
             end += 1
-        out[begin:end] = any_silent = True
-    return any_silent
+        out[begin:end] = True
+        if count == 0 or runs[count - 1, 1] < begin:
+            runs[count, 0] = begin
+            count += 1
+        runs[count - 1, 1] = end
+    return count
 
 
 @njit(nogil=True)
-def soften(x, silent, length, hop, changed):
-    """Add linear ramps of at most `length` samples beside each silence.
+def soften(x, runs, length, hop, changed):
+    """Add linear ramps of at most `length` samples at both ends of silent `runs` of samples.
 
     There is none beside a click: it is no part of a wave that was cut off. The frames that ramps
     touch are `changed`.
     """
-    i = 0
-    while i < len(x):
-        begin = i
-        while i < len(x) and silent[i]:
-            i += 1
-        base, ramp = x[begin], min(length, (i - begin) // 2)
+    for begin, end in runs:
+        base, ramp = x[begin], min(length, (end - begin) // 2)
         if ramp and begin > 1:
             step = x[begin - 1] - base
             if abs(x[begin - 2] - x[begin - 1]) <= SMOOTH * abs(step):
                 for k in range(ramp):
                     x[begin + k] = base + step * (ramp - k) / (ramp + 1.0)
                 changed[begin // hop : (begin + ramp - 1) // hop + 1] = True
-        if ramp and i < len(x) - 1:
-            step = x[i] - base
-            if abs(x[i + 1] - x[i]) <= SMOOTH * abs(step):
+        if ramp and end < len(x) - 1:
+            step = x[end] - base
+            if abs(x[end + 1] - x[end]) <= SMOOTH * abs(step):
                 for k in range(ramp):
-                    x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
-                changed[(i - ramp) // hop : (i - 1) // hop + 1] = True
-        while i < len(x) and not silent[i]:
-            i += 1
+                    x[end - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
+                changed[(end - ramp) // hop : (end - 1) // hop + 1] = True
 
 
 @njit(nogil=True)

@@ -15,6 +15,7 @@ from .._cores import Core
 from .._kernels import EDGE, GROUP, Scale
 from .._nearby import greatest_within
 from ._gate_kernels import (
+    CLOSED,
     bridge,
     heard_shares,
     hold,
@@ -77,10 +78,13 @@ class Gate:
         self.silent = None
         if power[0, slice(*real)].min(initial=1.0) == 0.0:
             closed, silent = np.empty(power.shape[1], np.bool_), np.empty(len(x), np.bool_)
-            if silent_frames(power, *real, closed) and silent_samples(x, closed, hop, silent):
+            runs, count = np.empty((len(closed) // CLOSED, 2), np.int64), 0
+            if silent_frames(power, *real, closed):
+                count = silent_samples(x, closed, hop, silent, runs)
+            if count:
                 self.silent, x, power = silent, x.astype(float), power.copy()
                 changed = np.zeros(len(closed), np.bool_)
-                soften(x, silent, round(RAMP * self.rate), hop, changed)
+                soften(x, runs[:count], round(RAMP * self.rate), hop, changed)
                 wanted = greatest_within(changed, EDGE) & ~closed
                 renew_powers(x, hop, wanted, power, np.empty(len(closed)))
                 hold(power, closed, past, self.octaves_held)
