@@ -10,6 +10,7 @@ import pytest
 from impactsig import Recording, detect_impacts
 from impactsig.detect.sound._kernels import EDGE, octave_powers
 from impactsig.detect.sound._nearby import greatest_within
+from impactsig.detect.sound.deciding._tones import tone_odds
 from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
@@ -187,6 +188,17 @@ def test_silence_where_a_window_is_zero_leaves_all_of_it():
     share = np.empty(1)
     heard_shares(silent, 1000, 1, window, share)
     assert share[0] == 1.0
+
+
+def test_a_low_tone_behind_a_gate_is_compared_with_what_is_audible_as_well():
+    g, heard = np.full(1001, 8.0), np.ones(1001, np.bool_)
+    g[500] = 100.0
+    crest, weak, b = np.array([500]), np.zeros(0, int), np.full(1001, 0.05)
+    ungated = tone_odds(crest, weak, g, b, heard, 400)
+    shut = np.arange(1001) % 3 > 0  # two thirds of the time
+    shut[500] = False
+    gated = tone_odds(crest, weak, np.where(shut, 0.0, g), b, ~shut, 400)
+    np.testing.assert_allclose(gated - ungated, 5.4 * 0.5 * (np.log(8 + 5) - np.log(0 + 5)))
 
 
 def test_edges_of_silence_are_compared_with_what_is_8_ms_farther():

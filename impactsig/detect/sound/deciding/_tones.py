@@ -10,9 +10,11 @@ rise, an impact does not, nor does its power in the rising bands grow by more th
 17 ms. The log-odds are at most G - 24 - 2 min(n, 5), since noise reaches a G of 20 about once an
 hour, and swelling noise, with n crests of 10 to 20 a second, more than 20. B is the greatest within
 two frames, G_1/2 the median of G and B_max the greatest B within a second: in varying sound, single
-bands sometimes rise. An impact lies 1.6 ms before its crest of G, with an error of 2 ms, since
-there its sound fills the window. It is placed at a crest of C of at least a within 6 ms of that
-place, if there is one, and replaces all less likely candidates from 12 ms before to 20 ms after it.
+bands sometimes rise. A gate shuts where sound varies least, and G is small there whatever it was:
+beside digital silence ln(G_1/2 + 5) is the mean of that of all frames and that of the others. An
+impact lies 1.6 ms before its crest of G, with an error of 2 ms, since there its sound fills the
+window. It is placed at a crest of C of at least a within 6 ms of that place, if there is one, and
+replaces all less likely candidates from 12 ms before to 20 ms after it.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
 octaves show no impact.
@@ -66,7 +68,8 @@ def with_tones(
     asked = beside < 0.0
     asked[asked] = growth_near(passage, b, GROUP * crest[asked]) <= GROWS_ON
     crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
-    tones = tone_odds(crest, weak, g, greatest_within(b, 2), round(NEARBY / per))
+    heard = ~np.concatenate(passage.silent)
+    tones = tone_odds(crest, weak, g, greatest_within(b, 2), heard, round(NEARBY / per))
     heard = np.flatnonzero(tones > beside)
     if not len(heard):
         return found
@@ -84,7 +87,12 @@ def with_tones(
 
 
 def tone_odds(
-    crest: np.ndarray, weak: np.ndarray, g: np.ndarray, b: np.ndarray, reach: int
+    crest: np.ndarray,
+    weak: np.ndarray,
+    g: np.ndarray,
+    b: np.ndarray,
+    heard: np.ndarray,
+    reach: int,
 ) -> np.ndarray:
     """Log-odds of crests of G, relative to all within `reach`.
 
@@ -95,23 +103,33 @@ def tone_odds(
         SWELLING. `reach` is a second.
     b : ndarray
         B, the greatest within two frames.
+    heard : ndarray of bool
+        Frames that are no digital silence.
     """
     ln_g, ln_b, ln_median, ln_loud = SLOPES
     low, high = places_about(weak, crest, reach, reach + 1.0)
     swells = PER_CREST * np.minimum(0.5 * (high - low), MOST_CRESTS)
     size = min(2 * reach + 1, len(g))
     first = np.clip(crest - reach, 0, len(g) - size)
-    median = ranked(g, first, first + size, np.full(len(crest), size // 2))
+    usual = log_median(g, first, first + size)
+    if not heard.all():
+        count = np.append(0, np.cumsum(heard))
+        usual = 0.5 * (usual + log_median(g[heard], count[first], count[first + size]))
     loud = np.maximum.reduceat(
         np.append(b, -np.inf), np.stack((first, first + size), axis=1).ravel()
     )[::2]
     later = g[np.minimum(crest + round(AFTER * reach), len(g) - 1)] / g[crest]
     with np.errstate(divide="ignore"):
         odds = ln_g * np.log(g[crest]) + ln_b * np.log(b[crest]) + OFFSET
-    odds -= ln_median * np.log(median + LEAST_MEDIAN)
+    odds -= ln_median * usual
     odds -= ln_loud * np.log(np.maximum(loud, LEAST_LOUD))
     odds -= SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
     return np.asarray(np.minimum(odds, g[crest] - NOISE - swells))
+
+
+def log_median(g: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """ln(G_1/2 + 5) of G from each first to before each last frame."""
+    return np.asarray(np.log(ranked(g, first, last, (last - first) // 2) + LEAST_MEDIAN))
 
 
 def likeliest_onset(
