@@ -16,8 +16,7 @@ from impactsig.detect.sound._cores import cores_of, reaching, window_size
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
-from impactsig.detect.sound.powers._gate_kernels import CLOSED, bridge
-from impactsig.detect.sound.powers.gate import SHORTEST
+from impactsig.detect.sound.powers._gate_kernels import bridge
 
 
 def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
@@ -51,7 +50,9 @@ def test_short_silences_are_read_as_if_they_had_been_bridged():
     for first in range(1_037, 38_000, 911):
         x[first : first + 24] = 0.0
     scale, whole = scale_at(rate), np.empty(len(x))
-    assert bridge(x, SHORTEST, (CLOSED + 2) * scale.hop, extremes(x)[2], whole) > 30
+    least, greatest, step = extremes(x)
+    changed = np.zeros(len(x) // scale.hop + 1, np.bool_)
+    assert bridge(x, scale.hop, step, least, greatest, whole, changed) > 30
     found = []
     for one in (x, whole):
         survey = Survey(scale, rate)

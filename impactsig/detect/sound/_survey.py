@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._core_kernels import STEP as CONVERTER_STEP
 from ._cores import Backgrounds, Levels, reaching
 from ._kernels import (
     BLOCK,
@@ -163,21 +162,17 @@ class Survey:
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
         even, odd, high = self.scratch[:, :half]
-        octave_powers(x, 1, even, odd, high, power[:1])
-        bridged = self.gate.bridged(x, power, cores[:, CONVERTER_STEP].min())
-        if bridged is not None:
-            x = bridged
-            octave_powers(x, 1, even, odd, high, power[:1])
-        if scale.octaves > 1:
-            octave_powers(even, scale.octaves - 1, odd, even, high, power[1:])
-            even, odd = (even, odd) if scale.octaves % 2 else (odd, even)  # what they leave first
+        octave_powers(x, scale.octaves, even, odd, high, power)
+        rest, free = (even, odd) if scale.octaves % 2 else (odd, even)
+        rest = rest[:total]  # what is left below the octaves
+        x = self.gate.bridged(x, power, rest, cores)
         groups = -(-count // GROUP)
-        free = [odd[: total // 2], odd[total // 2 : total // 2 * 2], high[: total // 2]]
-        low, low_parts = self.rises.powers(even[:total], left, -(-groups // 2), free)
+        each = [free[: total // 2], free[total // 2 : total // 2 * 2], high[: total // 2]]
+        low, low_parts = self.rises.powers(rest, left, -(-groups // 2), each)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
-        x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
+        x, continued = self.gate.octaves(x, power, real, count)
         if self.taps is not None:
             real = real[0] + self.spoilt, real[1] - self.spoilt
             power = continued = np.empty_like(power)

@@ -1,4 +1,4 @@
-"""Kernels for `floor.py` and `holes.py`: low quantiles in windows that overlap, and falls."""
+"""Kernels for `floor.py` and `holes.py`: low quantiles and falls of powers."""
 
 from __future__ import annotations
 
@@ -59,28 +59,33 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
 
 
 @njit(nogil=True)
-def count_falls(means, sounding, fall, least, step):
-    """Numbers of pairs of neighbours in time, of falls by `fall`, and of crossing ones.
+def count_falls(means, sounding, fall, step, least):
+    """Pairs of neighbours in time, falls below `fall` of the one before, and falls beside rises.
 
-    Those are the lesser of the falls and the rises by `step` at a time. Where no more than a share
-    `least` of all falls, none counts; otherwise those do at which both are `sounding`.
+    The latter are the lesser number, at each time, of bands that fall below `step` and of those
+    that rise as much, in every other band. Only pairs that are `sounding` count. Where no more
+    than a share `least` of all falls below `fall`, there are no falls.
     """
-    bands, pairs = len(means), means.shape[1] - 1
-    deep = 0
-    for b in range(bands):
-        for k in range(np.uint64(pairs)):
-            deep += means[b, k + np.uint64(1)] < fall * means[b, k]
-    if deep <= least * bands * pairs:  # as nearly always
-        return bands * pairs, 0, 0
-    deep = known = crossing = 0
-    for k in range(pairs):
-        if not (sounding[k] and sounding[k + 1]):
-            continue
-        known, falls, rises = known + 1, 0, 0
-        for b in range(bands):
-            before, after = means[b, k], means[b, k + 1]
-            deep += after < fall * before
-            falls += after < step * before
-            rises += before < step * after
-        crossing += min(falls, rises)
-    return bands * known, deep, crossing
+    steps = max(means.shape[1] - 1, 0)
+    together, deep = np.empty(steps, np.bool_), 0
+    for t in range(steps):
+        together[t] = sounding[t] & sounding[t + 1]
+    rows = (len(means) + 1) // 2
+    for b in range(rows):
+        row = means[2 * b]
+        for t in range(steps):
+            deep += row[t + 1] < fall * row[t]
+    if deep <= least * (rows * steps):  # as nearly always
+        return rows * steps, 0, 0
+    falls, rises, deep, pairs, beside = np.zeros(steps), np.zeros(steps), 0, 0, 0
+    for b in range(rows):
+        row = means[2 * b]
+        for t in range(steps):
+            deep += together[t] & (row[t + 1] < fall * row[t])
+            falls[t] += row[t + 1] < step * row[t]
+            rises[t] += row[t] < step * row[t + 1]
+    for t in range(steps):
+        if together[t]:
+            pairs += rows
+            beside += int(min(falls[t], rises[t]))
+    return pairs, deep, beside

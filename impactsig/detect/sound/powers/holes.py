@@ -28,7 +28,7 @@ def falls_of(means: np.ndarray, sounding: np.ndarray) -> tuple[int, int, int]:
 
     Of powers (bands, times), of which those `sounding` are known; every other band is counted.
     """
-    return count_falls(means[::2], sounding, FALL, LEAST, STEP)
+    return count_falls(means, sounding, FALL, STEP, LEAST)
 
 
 def has_holes(pairs: int, deep: int, crossing: int) -> bool:
