@@ -176,7 +176,7 @@ def add_rise(after, before, least, weight, ratio, out):
         ratio[j] = after[j] / base if after[j] > base > 0.0 else 1.0
         risen += ratio[j] > 1.0
     if risen:
-        logarithms(ratio)
+        logarithms(ratio[: len(out)])
         for j in range(len(out)):
             out[j] += weight * ratio[j]
 
