@@ -6,8 +6,8 @@ heard. Its low frequencies are those of triangular means, STEP apart, that room 
 predicted from, each by the ORDER ones before. How far before the attack their errors rise above
 those of earlier ones has an evidence for each impact (`begun_before`), and the fraction of the
 impacts that begin so early is that under which all are the most probable (empirical Bayes): where
-hardly more rise than noise does, it is none. A filter that rings before a sound rings
-above these frequencies.
+hardly more rise than noise does, it is none; so it is where LOOK of many gain nothing by any. A
+filter that rings before a sound rings above these frequencies.
 """
 
 from __future__ import annotations
