@@ -10,9 +10,11 @@ rise, an impact does not, nor does its power in the rising bands grow by more th
 17 ms. The log-odds are at most G - 24 - 2 min(n, 5), since noise reaches a G of 20 about once an
 hour, and swelling noise, with n crests of 10 to 20 a second, more than 20. B is the greatest within
 two frames, G_1/2 the median of G and B_max the greatest B within a second: in varying sound, single
-bands sometimes rise. An impact lies 1.6 ms before its crest of G, with an error of 2 ms, since
-there its sound fills the window. It is placed at a crest of C of at least a within 6 ms of that
-place, if there is one, and replaces all less likely candidates from 12 ms before to 20 ms after it.
+bands sometimes rise. A gate shuts where sound varies least, and G is small there whatever it was:
+beside digital silence ln(G_1/2 + 5) is the mean of that of all frames and that of the others. An
+impact lies 1.6 ms before its crest of G, with an error of 2 ms, since there its sound fills the
+window. It is placed at a crest of C of at least a within 6 ms of that place, if there is one, and
+replaces all less likely candidates from 12 ms before to 20 ms after it.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
 octaves show no impact.
@@ -75,7 +77,8 @@ def with_tones(
     crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
     if not len(crest):
         return found
-    tones = tone_odds(crest, weak, g, b, round(NEARBY / per), beside)
+    sounding = ~np.concatenate(passage.silent)
+    tones = tone_odds(crest, weak, g, b, sounding, round(NEARBY / per), beside)
     heard = np.flatnonzero(tones > beside)
     if not len(heard):
         return found
@@ -93,7 +96,13 @@ def with_tones(
 
 
 def tone_odds(
-    crest: np.ndarray, weak: np.ndarray, g: np.ndarray, b: np.ndarray, reach: int, least: np.ndarray
+    crest: np.ndarray,
+    weak: np.ndarray,
+    g: np.ndarray,
+    b: np.ndarray,
+    heard: np.ndarray,
+    reach: int,
+    least: np.ndarray,
 ) -> np.ndarray:
     """Log-odds of crests of G, relative to all within `reach`; -inf if no more than `least`.
 
@@ -104,6 +113,8 @@ def tone_odds(
         SWELLING. `reach` is a second.
     b : ndarray
         B of each frame.
+    heard : ndarray of bool
+        Frames that are no digital silence.
     """
     ln_g, ln_b, ln_median, ln_loud = SLOPES
     low, high = places_about(weak, crest, reach, reach + 1.0)
@@ -119,12 +130,29 @@ def tone_odds(
     swell = SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
     most = g[crest] - NOISE - swells
     asked = np.minimum(alone - ln_median * np.log(LEAST_MEDIAN) - loud - swell, most) > least
-    median = np.zeros(len(crest))
-    median[asked] = ranked(
-        g, first[asked], first[asked] + size, np.full(np.count_nonzero(asked), size // 2)
-    )
-    odds = alone - ln_median * np.log(median + LEAST_MEDIAN) - loud - swell
+    usual = np.zeros(len(crest))
+    usual[asked] = usual_likelihood(g, heard, first[asked], first[asked] + size)
+    odds = alone - ln_median * usual - loud - swell
     return np.where(asked, np.minimum(odds, most), -np.inf)
+
+
+def usual_likelihood(
+    g: np.ndarray, heard: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> np.ndarray:
+    """ln(G_1/2 + 5) from each first to before each last frame.
+
+    With digital silence it is the mean of that and of that of what is `heard`.
+    """
+    usual = log_median(g, first, last)
+    if heard.all():
+        return usual
+    count = np.append(0, np.cumsum(heard))
+    return 0.5 * (usual + log_median(g[heard], count[first], count[last]))
+
+
+def log_median(g: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """ln(G_1/2 + 5) of G from each first to before each last frame."""
+    return np.asarray(np.log(ranked(g, first, last, (last - first) // 2) + LEAST_MEDIAN))
 
 
 def likeliest_onset(
