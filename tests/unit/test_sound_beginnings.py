@@ -138,3 +138,15 @@ def test_fractions_are_none_where_no_odds_exceed_one():
     assert share.sum(axis=1) == pytest.approx(1.0)
     assert (share[:5, 2] > 0.99).all()
     assert (share[5:, 0] > 0.5).all()
+
+
+@pytest.mark.parametrize("evidence", [9.5, 10.0])
+def test_fractions_count_where_they_gain_more_than_one_each(evidence):
+    """Two impacts of a hundred begin early: ln L gains 2 ln(.98 + .02 e^E) + 98 ln(.98)."""
+    of_each = np.full((100, BEFORE + 1), -30.0)
+    of_each[:, 0] = 0.0
+    of_each[:2, 4] = evidence
+    gain = 2.0 * np.log(0.98 + 0.02 * np.exp(evidence)) + 98.0 * np.log(0.98)
+    assert abs(gain - BEFORE) < 0.8
+    share = _shares(of_each, np.ones(100, np.bool_))
+    assert (share is not None) == (gain > BEFORE)
