@@ -270,7 +270,8 @@ class Experiment(Shown):
         Yields
         ------
         point : Point
-        values : ndarray
+        values : ndarray, shape (k,)
+            Of the k impacts there that have one.
         """
         choice("quantity", quantity, QUANTITIES)
         kept = Kept(self.directory)
