@@ -271,7 +271,7 @@ class Experiment(Shown):
         ------
         point : Point
         values : ndarray, shape (k,)
-            Of the k impacts there that have one.
+            Of k impacts, or of the intervals between them; empty if it was not measured.
         """
         choice("quantity", quantity, QUANTITIES)
         kept = Kept(self.directory)
