@@ -120,13 +120,17 @@ def test_dense_crests(regime):
 def test_digital_silence_says_nothing_of_the_rattle():
     rise = np.abs(np.random.default_rng(1).standard_normal(COUNT // SAMPLED))
     silent = np.zeros(len(rise), np.bool_)
-    place, middle = np.array([COUNT // 2]), len(rise) // 2
-    heard = rattling(rise, silent, place, FRAME)
+    at, middle = COUNT // 2 // BLOCK, len(rise) // 2
+
+    def rattle():
+        return rattling(Passage(0, octaves=[rise], silent=[silent]), FRAME)[at]
+
+    heard = rattle()
     silent[middle - 60 : middle + 60] = True
     # The same is heard beside it, whatever the silence holds.
     for level in (0.0, 1e3):
         rise[silent] = level
-        assert rattling(rise, silent, place, FRAME) == pytest.approx(heard, rel=0.15)
+        assert rattle() == pytest.approx(heard, rel=0.15)
 
 
 def test_a_crowd_that_silence_ends_is_no_voice():
@@ -143,11 +147,11 @@ def test_odds_of_low_tones():
     per, reach = GROUP * FRAME, round(1.0 / (GROUP * FRAME))
     g, b = np.ones(3 * reach), np.full(3 * reach, 0.1)
     at = 3 * reach // 2
-    crest, none = np.array([at]), np.empty(0, np.int64)
+    crest, none, least = np.array([at]), np.empty(0, np.int64), np.array([-np.inf])
     g[at] = 40.0
 
     def odds(weak=none):
-        return tone_odds(crest, weak, g, b, reach)[0]
+        return tone_odds(crest, weak, g, b, g > 0.0, reach, least)[0]
 
     alone = 0.7 * np.log(40.0) + 1.7 * np.log(0.1) + 12.1 - 5.4 * np.log(6.0) - 1.5 * np.log(0.15)
     alone -= 40.0 * max(g[at + round(0.016 / per)] / 40.0 - 0.1, 0.0)
