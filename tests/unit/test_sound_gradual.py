@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from benchmarks.recordings import microphone, score
-from impactsig.detect.sound.deciding._beside import PowersBeside
+from impactsig.detect.sound.deciding.beside import PowersBeside
 from impactsig.detect.sound.deciding.gradual import (
     ALONE,
     EACH,

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.sound_timing import MODES, band_limited
 from benchmarks.varied_sound import result
-from impactsig.detect.sound.deciding._beside import PowersBeside
+from impactsig.detect.sound.deciding.beside import PowersBeside
 from impactsig.detect.sound.deciding.notes import mains_notes
 from impactsig.detect.sound.deciding.swells import (
     CROWD,

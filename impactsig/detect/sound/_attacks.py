@@ -22,7 +22,7 @@ from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
-from .deciding._beside import PowersBeside
+from .deciding.beside import PowersBeside
 from .deciding.crests import LATER, SOONER
 from .deciding.doubt import EVEN
 from .deciding.gradual import EDGES as GRADUAL_EDGES

@@ -6,8 +6,8 @@ heard. Its low frequencies are those of triangular means, STEP apart, that room 
 predicted from, each by the ORDER ones before. How far before the attack their errors rise above
 those of earlier ones has an evidence for each impact (`begun_before`), and the fraction of the
 impacts that begin so early is that under which all are the most probable (empirical Bayes): where
-hardly more rise than noise does, it is none. A filter that rings before a sound rings
-above these frequencies.
+hardly more rise than noise does, it is none; so it is where LOOK of many gain nothing by any. A
+filter that rings before a sound rings above these frequencies.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ BEFORE, NOISE, ORDER = 10, 24, 3  # steps in which sounds begin, that are noise,
 POWERS = 2.0 ** np.arange(1, 8, 2)  # variance of what has begun over that of noise
 LEAST = 8  # impacts that show it
 ROUNDS = 25  # in which the fractions converge
-LOOK, ENOUGH = 128, 0.5  # impacts that are asked first, and share of what all must gain
+LOOK = 128  # impacts that are asked first
 
 
 @dataclass
@@ -60,8 +60,7 @@ class Beginnings:
             return error
         if len(which) > LOOK:
             some = rows[which[np.linspace(0, len(which) - 1, LOOK).astype(int)]]
-            fraction = _fractions(self._evidence(some), ENOUGH * BEFORE * LOOK / len(which))
-            if fraction is None:
+            if _fractions(self._evidence(some), 0.0) is None:
                 return error
         evidence, likely = self._evidence(rows[known]), likely[known]
         fraction = _fractions(evidence[likely], BEFORE)

@@ -1,4 +1,4 @@
-"""Kernel for `_beside.py`: powers beside attacks."""
+"""Kernel for `beside.py`: powers beside attacks."""
 
 from __future__ import annotations
 

@@ -57,7 +57,6 @@ class Overload:
     scale: Scale
     rate: float
     found: list[np.ndarray] = field(default_factory=list)
-    stretches: list[np.ndarray] = field(default_factory=list)
     waiting: list[tuple[np.ndarray, int]] = field(default_factory=list)  # where their odds belong
 
     def __post_init__(self) -> None:
@@ -69,6 +68,7 @@ class Overload:
         self.frames = past, fresh, frames
         self.lead, self.rest = first * hop + size // 2, (frames - first) * hop + size // 2
         self.wide = frames - 1 + -(-size // hop)  # frames that begin in a stretch
+        self.stretches = np.empty((TOGETHER, self.wide * hop))  # stretches
 
     def add(self, x: np.ndarray, attack: np.ndarray, asked: np.ndarray) -> None:
         """Add rises with these attacks, places in x; `asked` is which of them `may_be_edges`."""
@@ -83,13 +83,12 @@ class Overload:
         beyond = np.empty(len(which), np.int64)
         away = NEAR_LIMIT * 0.5 * (high - low)
         number_beyond(x, place[which] - early, early + late, 0.5 * (low + high), away, beyond)
-        length = self.wide * self.spectrum.bands.hop
         for k in which[beyond >= LOADED * (early + late)]:
             begin = place[k] - self.lead
-            self.stretches.append(x[begin : begin + length].astype(float))
+            self.stretches[len(self.waiting)] = x[begin : begin + self.stretches.shape[1]]
             self.waiting.append((odds, k))
-        if len(self.waiting) >= TOGETHER:
-            self._settle()
+            if len(self.waiting) == TOGETHER:
+                self._settle()
 
     def odds(self) -> np.ndarray:
         """The greatest log-odds of all rises; infinite if they were not asked for."""
@@ -103,10 +102,10 @@ class Overload:
             return
         past, fresh, frames = self.frames
         begins = self.wide * np.arange(count)
-        row, half = np.concatenate(self.stretches), len(self.spectrum.bands.window) // 2
-        power = self.spectrum.powers(row, half, int(begins[-1]) + frames)
+        half = len(self.spectrum.bands.window) // 2
+        power = self.spectrum.powers(self.stretches[:count].ravel(), half, int(begins[-1]) + frames)
         new = np.empty(count)
         newness(power, begins, past, fresh, frames, new)
         for (odds, k), most in zip(self.waiting, SLOPE * np.log((new + NONE) / EVEN), strict=True):
             odds[k] = most
-        self.stretches, self.waiting = [], []
+        self.waiting = []
