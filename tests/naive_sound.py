@@ -224,7 +224,7 @@ def by_rises(judged, c, h, b, known, spread, frame):
     turned = {}
     for j, x in odds.items():
         turned[j] = x
-        if x <= -2 or not known[group[j]]:
+        if x <= -2 or not known[group[j]] or c[j] > max(1.65, 10 * spread):
             continue
         often = 1 / 60 + len(evident - {j}) / duration
         rise = b[max(group[j] - 2, 0) : group[j] + 3].max()

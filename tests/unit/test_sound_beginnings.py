@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy import special
+from scipy import signal, special
 
 import impactsig
+from benchmarks.recordings import coloured
 from impactsig.detect.sound._beginnings import BEFORE, NOISE, ORDER, POWERS, Beginnings, _fractions
 from impactsig.detect.sound._low_kernels import begun_before, low_before, predictors
 
@@ -166,3 +169,20 @@ def test_fractions_count_where_they_gain_more_than_one_each(evidence):
     gain = 2.0 * np.log(0.98 + 0.02 * np.exp(evidence)) + 98.0 * np.log(0.98)
     assert abs(gain - BEFORE) < 0.8
     assert (_fractions(of_each, BEFORE) is not None) == (gain > BEFORE)
+
+
+# 370 us where steps had three samples, which pass a ninth of what rings at half the rate.
+def test_ringing_of_a_steep_filter_is_no_beginning():
+    near = impactsig.Microphone(
+        distance=1e-9, gain=1e-9, modes=((930.0, 10e-3, 1.0), (2870.0, 5e-3, 0.8))
+    )
+    rng = np.random.default_rng(3)
+    time = 0.1 + np.cumsum(0.06 * rng.uniform(0.6, 1.4, 100))
+    impacts = impactsig.Impacts.from_times(time, start=0.0, duration=time[-1] + 0.2)
+    impacts = replace(impacts, peak=rng.uniform(0.5, 1.5, len(time)))
+    sound = impactsig.synthesize(impacts, near, rate=88_200.0, seed=3).samples
+    x = signal.resample(sound[: len(sound) // 8 * 8], len(sound) // 8)
+    x += 1e-3 * np.abs(x).max() * coloured(rng, len(x), 11_025)
+    found = impactsig.detect_impacts(impactsig.Recording(x, 11_025.0, sensor="sound"))
+    assert len(found) == len(time)
+    assert np.median(found.time_error) < 40e-6

@@ -7,7 +7,8 @@ predicted from, each by the ORDER ones before. How far before the attack their e
 those of earlier ones has an evidence for each impact (`begun_before`), and the fraction of the
 impacts that begin so early is that under which all are the most probable (empirical Bayes): where
 hardly more rise than noise does, it is none; so it is where LOOK of many gain nothing by any. A
-filter that rings before a sound rings above these frequencies.
+filter that rings before a sound rings above these frequencies, near half the rate, which a triangle
+of an even number of samples excludes.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Beginnings:
     found: list[np.ndarray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.step = max(round(STEP * self.rate), 1)
+        self.step = 2 * max(round(0.5 * STEP * self.rate), 1)
         self.found.append(np.empty((0, BEFORE + NOISE + ORDER)))
 
     def add(self, x: np.ndarray, attacks: np.ndarray) -> None:

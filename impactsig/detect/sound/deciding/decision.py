@@ -68,7 +68,8 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     place, height = crests.place, crests.height
     rattle, silent = rattling(passage, seconds), np.concatenate(passage.silent)
     by_octaves = octave_evidence(crests, rattle, silent, spread, seconds)
-    by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
+    clear = max(CLEAR, CLEAR_SIGMAS * spread)
+    by_bands = height / clear
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
     middle = GROUP * crest
     first, last = places_about(place, middle, SOONER / seconds, LATER / seconds)
@@ -107,7 +108,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     columns = (frame, coarse, exact, odds, pulse, crowded, by_octaves, narrow, share)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
-    return with_rises(found, crests, passage, b, rattle / audible, audible, seconds)
+    return with_rises(found, crests, passage, b, rattle / audible, audible, clear, seconds)
 
 
 def octave_odds(by_octaves: np.ndarray, often: np.ndarray) -> np.ndarray:
