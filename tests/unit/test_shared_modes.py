@@ -16,10 +16,10 @@ from impactsig.detect.sound.timing._edge import (
     PARTS,
     chebyshev,
     cliff,
+    columns_of,
     high_pass,
     responses,
     slope,
-    step_modes,
     whitening,
 )
 from impactsig.detect.sound.timing._mode_basis_kernels import project
@@ -43,6 +43,12 @@ NONE = np.array([0.0, 1.0, 0.0])  # taps that pass everything
 
 def detect(x, rate):
     return detect_sound(lambda: [Piece(0, np.asarray(x))], rate)
+
+
+def apart(*given):
+    """Modes, and what lies beyond them."""
+    columns = columns_of(*given)
+    return columns[:-2], columns[-2:]
 
 
 def learned(truth):
@@ -199,7 +205,7 @@ def test_lagged_products_are_those_of_the_hankel_matrix(size):
 @pytest.mark.parametrize("response", [cliff(1.0), cliff(0.9), slope()])
 def test_modes_behind_a_filter_are_its_convolution_with_them(response):
     reach = (len(response) - 1) // 32
-    modes, beyond = step_modes(EXPONENTS, response, NONE, -30, 40)
+    modes, beyond = apart(EXPONENTS, response, NONE, -30, 40)
     places = np.arange(-30 * PARTS, 40 * PARTS + 1) / PARTS
     lattice = np.arange(-reach * 16, reach * 16 + 1) / 16
     at = {u: value for u, value in zip(lattice, response, strict=True)}
@@ -220,7 +226,7 @@ def test_modes_behind_a_filter_are_its_convolution_with_them(response):
 
 
 def test_without_a_filter_modes_are_themselves():
-    modes, beyond = step_modes(EXPONENTS, None, NONE, -5, 20)
+    modes, beyond = apart(EXPONENTS, None, NONE, -5, 20)
     u = np.arange(-5 * PARTS, 20 * PARTS + 1) / PARTS
     expected = np.where(u >= 0, np.exp(EXPONENTS[:, None] * u), 0.0)
     np.testing.assert_allclose(modes, np.concatenate((expected.real, expected.imag)), atol=1e-12)
@@ -257,7 +263,7 @@ def test_the_shift_of_a_sound_without_noise_is_recovered(response):
     model = modes_behind(EXPONENTS, response, taps, RATE, float(np.sum(taps**2)))
     model.prior, model.error = (1e-9, 1e-9), 1e-9  # all modes lie in the band; no noise
     rng = np.random.default_rng(8)
-    modes, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    modes, _ = apart(EXPONENTS, response, taps, -60, 80)
     shifts = rng.integers(-4 * PARTS, 4 * PARTS, 20)
     places = PARTS * np.arange(20, 120) - shifts[:, None]
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((20, len(modes))), modes[:, places])
@@ -278,7 +284,7 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
     taps, response = high_pass(RATE), cliff(0.9)
     heard = float(np.sum(taps**2))
     rng = np.random.default_rng(15)
-    truth, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    truth, _ = apart(EXPONENTS, response, taps, -60, 80)
     shifts = rng.integers(-PARTS, PARTS + 1, 24)
     places = PARTS * np.arange(20, 120) - shifts[:, None]
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
@@ -286,7 +292,7 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
     model.noise, model.prior, model.error = 1e-12, (1e-12, 1e-12), 1e-3
     held = model.projected(sounds, np.full(24, 40.0))
     model.compare(held, 1.0)
-    modes, _ = step_modes(EXPONENTS[:1], response, taps, -60, 80)
+    modes, _ = apart(EXPONENTS[:1], response, taps, -60, 80)
     fits, left, change = model.fit(sounds, np.full(24, 40.0)), [], []
     begin, size = held.begins, model.fine[0].shape[2]
     for sound, first, instant in zip(sounds, begin, fits[:, 0], strict=True):
@@ -310,7 +316,7 @@ def test_what_has_learned_finds_the_same_again():
     """From the prior beside its own on, and by the loudest sounds about the same origins."""
     taps, response = high_pass(RATE), cliff(0.9)
     rng = np.random.default_rng(16)
-    truth, _ = step_modes(EXPONENTS, response, taps, -60, 80)
+    truth, _ = apart(EXPONENTS, response, taps, -60, 80)
     places = PARTS * np.arange(20, 120) - rng.integers(-PARTS, PARTS + 1, 24)[:, None]
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
     sounds += 1e-2 * rng.standard_normal(sounds.shape)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._nearby import middle
-from ._edge import PARTS, step_modes
+from ._edge import PARTS, columns_of
 from ._fit_kernels import Fit, fit_each
 from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
 from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
@@ -55,7 +55,7 @@ class Model:
     freedom: float  # degrees of it in noise that Q leaves
     near: int  # shifts on either side that a fit tries
     reach: int  # samples on either side that its origin is looked for in
-    parts: tuple[np.ndarray, np.ndarray]  # results of `step_modes`, from `lead` + `reach` before
+    columns: np.ndarray  # result of `columns_of`, from `lead` + `reach` before
     noise: float = 0.0  # power of a sample
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
@@ -83,12 +83,11 @@ class Model:
 
         With the diagonal of K'K and what lies beside it, (3, shifts).
         """
-        modes, beyond = self.parts
-        columns = np.concatenate((modes, beyond))
-        size = modes.shape[1] // PARTS - 2 * self.reach
-        rows = -(-len(columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
+        size = self.columns.shape[1] // PARTS - 2 * self.reach
+        rows = -(-len(self.columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
         basis, grams = np.empty((len(shift), rows, size)), np.empty((3, len(shift)))
-        orthonormal(columns, len(modes), PARTS, PARTS * self.reach, shift, basis, grams)
+        modes, begin = len(self.columns) - 2, PARTS * self.reach
+        orthonormal(self.columns, modes, PARTS, begin, shift, basis, grams)
         return basis, grams
 
     def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
@@ -184,7 +183,7 @@ class Model:
         up to an evidence of `beaten`.
         """
         begin, priors = PRIORS.index(self.prior[0]), BOTH_PRIORS
-        if not self.parts[1].any():  # without a filter all are the same
+        if not self.columns[-1].any():  # without a filter all are the same
             begin, priors = 0, BOTH_PRIORS[:1]
         self.evidence = -np.inf
         energy, fine = self._near(held)
@@ -281,6 +280,6 @@ def modes_behind(
     """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))
-    parts = step_modes(exponents, response, taps, -lead - reach, after + reach)
-    freedom = max(heard * (lead + after) - len(parts[0]), 1.0)
-    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, parts)
+    columns = columns_of(exponents, response, taps, -lead - reach, after + reach)
+    freedom = max(heard * (lead + after) - (len(columns) - 2), 1.0)
+    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, columns)
