@@ -21,6 +21,7 @@ SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
 UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
 TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
+ALIKE = 0.9  # correlation with the waveform
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
@@ -201,6 +202,53 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
         out[i, 4], out[i, 5] = noise, beyond
+
+
+@fused
+def is_alike(laid):
+    """Whether the residual of a sound, by what `lay_over` finds, is noise and 1 - ALIKE^2 at most.
+
+    The greater part is explained in any case.
+    """
+    left, own, noise = laid[2], laid[3], laid[4]
+    clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
+    return math.isfinite(laid[0]) and clear and left <= 0.75 * own
+
+
+@fused
+def mark_alike(laid, out):
+    """The same of each sound."""
+    for i in range(len(laid)):
+        out[i] = is_alike(laid[i])
+
+
+@fused
+def most_alike(sounds, lengths, taper, weight):
+    """Number of the sound to which most are alike, the first of several; -1 if that is to no half.
+
+    A sound is left as soon as it cannot come up to that.
+    """
+    best, most = -1, -(-len(sounds) // 2) - 1
+    anywhere, laid = np.empty((1, 2)), np.empty((1, 6))
+    anywhere[0, 0], anywhere[0, 1] = 0.0, np.inf  # where they agree is to be seen
+    shifts = np.empty((ROWS, lengths.size))
+    first = lengths.first - lengths.pad
+    for leader in range(len(sounds)):
+        wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
+        shift_wave(wave, lengths.pad, shifts)
+        count = len(sounds)
+        for i in range(len(sounds)):
+            if count <= most:
+                break
+            own = sounds[i : i + 1]
+            lay_over(own, anywhere, lengths, 0.0, 1.0, 0.0, shifts, taper, weight, laid)
+            if not is_alike(laid[0]):
+                count -= 1
+        if count > most:
+            best, most = leader, count
+        if most == len(sounds):
+            break
+    return best
 
 
 @fused

@@ -50,19 +50,10 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     strongest = np.argsort(-np.einsum("ij,ij->i", sounds, sounds), kind="stable")
     # Every so many of the stronger half: the others are noisier.
     some = strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]
-    leaders = sounds[some]
-    anywhere = np.tile((0.0, np.inf), (len(leaders), 1))  # where they agree is to be seen
-    shifts = np.empty((ROWS, lengths.size))
-    wave, most = leaders[0, part].copy(), -1
-    for leader in leaders:
-        shift_wave(leader[part], lengths.pad, shifts)
-        count = int(are_alike(laying.over(leaders, anywhere, shifts, 0.0, 1.0)).sum())
-        if count > most:
-            wave, most = leader[part].copy(), count
-        if most == len(leaders):
-            break
-    if most < len(leaders) / 2:
+    leader = laying.leader(sounds[some])
+    if leader < 0:
         return None
+    wave, shifts = sounds[some[leader], part].copy(), np.empty((ROWS, lengths.size))
     for turn in range(PASSES):
         shift_wave(wave, lengths.pad, shifts)
         laid = _lay_if_alike(laying, sounds, expected, shifts)
