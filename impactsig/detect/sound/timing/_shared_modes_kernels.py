@@ -18,6 +18,21 @@ FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
 @fused
+def gather(samples, first, out, heard):
+    """The samples from each of the first on, and whether one is not 0; 0 if that is negative."""
+    for i in range(len(first)):
+        own, some = out[i], False
+        if first[i] < 0:
+            own[:] = 0.0
+        else:
+            part = samples[first[i] : first[i] + len(own)]
+            for k in range(len(own)):
+                own[k] = part[k]
+                some |= part[k] != 0.0
+        heard[i] = some
+
+
+@fused
 def high_passed(samples, first, taps, out):
     """out[i, k]: the filtered sample first[i] + k + len(taps) // 2; 0 if first[i] is negative."""
     for i in range(len(first)):
@@ -203,3 +218,19 @@ def abruptness(waves, split, lag, slope, count, out):
                 first = power
             greatest = max(greatest, power)
         out[i] = first / greatest if greatest > 0.0 else 1.0
+
+
+@fused
+def add_powers(sounds, first, total):
+    """Add the power of each sound over its energy from first[i] on; how many hold all that."""
+    count = 0
+    for i in range(len(sounds)):
+        if first[i] < 0 or first[i] + len(total) > sounds.shape[1]:
+            continue
+        part = sounds[i, first[i] : first[i] + len(total)]
+        energy = sum_of_squares(part)
+        scale = 1.0 / energy if energy > FAINTEST else 1.0
+        for k in range(len(total)):
+            total[k] += scale * (part[k] * part[k])
+        count += 1
+    return count

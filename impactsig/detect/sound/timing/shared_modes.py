@@ -32,13 +32,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import FAINTEST, spread_of
+from .._growth import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import may_share
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
-from ._shared_modes_kernels import NEAR_TAPS, abruptness, crossings, high_passed
+from ._shared_modes_kernels import (
+    NEAR_TAPS,
+    abruptness,
+    add_powers,
+    crossings,
+    gather,
+    high_passed,
+)
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
 SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
@@ -80,8 +87,9 @@ class SharedModes:
     white: np.ndarray = field(init=False)  # taps that whiten the noise as well
     before: int = field(init=False)  # samples kept before an attack
     length: int = field(init=False)
-    held: list[np.ndarray] = field(default_factory=list)
-    count: int = 0
+    waves: np.ndarray = field(init=False)  # about the first LEARN attacks, to learn from
+    heard: np.ndarray = field(init=False)  # whether there is anything in each
+    count: int = 0  # of them, so far
     learned: bool = False
     model: Model | None = None
     latency: float = 0.0  # of the crossing, in the median [samples]
@@ -94,6 +102,7 @@ class SharedModes:
         self.taps = self.white = high_pass(self.rate)
         self.before = round(BEFORE * self.rate)
         self.length = self.before + round(AFTER * self.rate)
+        self._forget()
 
     def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
         """Add the next attacks, halfway between two of the samples x.
@@ -105,13 +114,11 @@ class SharedModes:
         elif len(attacks):
             first = np.rint(attacks + 0.5).astype(int) - self.before
             there = (first >= valid[0]) & (first + self.length <= valid[1])
-            if self.learned:
-                self.found.append(self._timed(x, np.where(there, first, -1)))
-                return
-            self.held.append(self._waves(x, first, there))
-            self.count += len(first)
-            if self.count >= LEARN:
-                self._learn()
+            first = np.where(there, first, -1)
+            if not self.learned:
+                first = self._hold(x, first)
+            if len(first):
+                self.found.append(self._timed(x, first))
 
     @property
     def _applies(self) -> bool:
@@ -137,33 +144,39 @@ class SharedModes:
         first = len(timing.shift) - count
         return Timing(timing.shift[first:], timing.error[first:])
 
-    def _waves(self, x: np.ndarray, first: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """Waveform around each attack; zeros if it is incomplete."""
-        if not there.any():
-            return np.zeros((len(first), self.length))
-        every = np.lib.stride_tricks.sliding_window_view(x, self.length)
-        if there.all():  # one copy, not two
-            return np.asarray(every[first])
-        waves = np.zeros((len(first), self.length))
-        waves[there] = every[first[there]]
-        return waves
+    def _hold(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
+        """Keep the waves to learn from, and learn once there are enough; what is left of them."""
+        if not self.count:
+            self.waves, self.heard = np.empty((LEARN, self.length)), np.empty(LEARN, np.bool_)
+        begin = self.count
+        self.count = min(begin + len(first), LEARN)
+        here, some = slice(begin, self.count), self.count - begin
+        gather(x, first[:some], self.waves[here], self.heard[here])
+        if self.count == LEARN:
+            self._learn()
+        return first[some:]
+
+    def _forget(self) -> None:
+        self.waves, self.heard = np.empty((0, self.length)), np.empty(0, np.bool_)
 
     def _learn(self) -> None:
-        waves = np.concatenate([np.empty((0, self.length)), *self.held])
-        self.learned, self.held = True, []
-        which = np.flatnonzero(waves[:LEARN].any(axis=1))
+        waves, which = self.waves[: self.count], np.flatnonzero(self.heard[: self.count])
+        self.learned = True
+        self._forget()
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
             spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
-            which = np.concatenate((which[spread], np.delete(which, spread)))
+            rest = np.ones(len(which), np.bool_)
+            rest[spread] = False
+            which = np.concatenate((which[spread], which[rest]))
             few, others = slice(len(spread)), slice(len(spread), None)
             sounds = np.empty((len(which), self.length - len(self.taps) + 1))
             plain, crossed = np.empty_like(sounds[few]), np.empty((len(which), 3))
-            first = self._places(len(waves))[which]
-            high_passed(waves.ravel(), first[few], self.taps, plain)
+            samples, first = waves.ravel(), self.length * which
+            high_passed(samples, first[few], self.taps, plain)
             self._cross(plain, crossed[few])
             self._whiten(waves[which[few]], plain)
-            high_passed(waves.ravel(), first[few], self.white, sounds[few])
+            high_passed(samples, first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
             noise = self._noise(sounds[few])
             alike = len(spread) == len(which) or may_share(
@@ -172,10 +185,10 @@ class SharedModes:
             if not alike and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
-            self._cross_of(waves.ravel(), first[others], crossed[others])
+            self._cross_of(samples, first[others], crossed[others])
             fits = None
             if alike:
-                high_passed(waves.ravel(), first[others], self.white, sounds[others])
+                high_passed(samples, first[others], self.white, sounds[others])
                 fits = self._model(sounds, plain, crossed[:, 0].copy())
             if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
@@ -188,7 +201,6 @@ class SharedModes:
                     self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
-                timed[LEARN:] = self._timed(waves.ravel(), self._places(len(waves))[LEARN:])
         self.found.append(timed)
 
     def _by_crossings(self, waves: np.ndarray) -> bool:
@@ -223,14 +235,9 @@ class SharedModes:
         """Scatter of instants that comes of sounds which begin more slowly than their model."""
         before, after = (round(t * self.rate) for t in ABOUT)
         first = np.rint(np.where(np.isfinite(instant), instant, -1.0)).astype(int) - before
-        there = (first >= 0) & (first + before + after <= plain.shape[1])
-        if np.count_nonzero(there) < LEAST:
+        total = np.zeros(before + after)
+        if add_powers(plain, first, total) < LEAST:
             return 0.0
-        about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
-        parts = about[there, first[there]]
-        energy = np.einsum("ij,ij->i", parts, parts)
-        parts /= np.sqrt(np.where(energy > FAINTEST, energy, 1.0))[:, None]
-        total = np.einsum("ij,ij->j", parts, parts)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
@@ -276,10 +283,6 @@ class SharedModes:
             timed[alike, 0] = instant[alike] - attack
             timed[alike, 1] = np.hypot(error[alike], self.gradual)
         return timed
-
-    def _places(self, count: int) -> np.ndarray:
-        """Where so many waves in a row begin."""
-        return self.length * np.arange(count)
 
     def _cross(self, plain: np.ndarray, out: np.ndarray, shares: tuple = SHARES) -> None:
         """Result of `crossings` for each wave after the high-pass filter."""
