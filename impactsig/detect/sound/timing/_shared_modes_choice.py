@@ -12,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ._edge import responses
-from ._shared_exponents import shared_exponents
 from ._shared_modes_fit import Model, Projected, modes_behind
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
@@ -25,22 +24,24 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 
 
 def chosen_model(
+    exponents: tuple[list[np.ndarray], list[np.ndarray]],
     sounds: np.ndarray,
     guess: np.ndarray,
-    few: int,
     noise: float,
     rate: float,
     taps: np.ndarray,
     heard: float,
     unlike: float,
 ) -> tuple[Model, Projected] | None:
-    """The model with the filter under which the loudest of the first few sounds are most probable.
+    """The model with the filter under which the loudest of the sounds are most probable.
 
-    Beside it these few, projected on it. None if they share no modes, or are more probable without
-    any filter. `unlike` is the share of the energy that the modes of sounds that share them leave
-    at most.
+    `exponents` are those that they may share. Beside the model the sounds, projected on it. None if
+    they share no modes, or are more probable without any filter. `unlike` is the share of the
+    energy that the modes of sounds that share them leave at most.
     """
-    some, near = sounds[:few], guess[:few]
+    choices, folded = exponents
+    if not choices:
+        return None
 
     def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
         model = modes_behind(exponents, response, taps, rate, heard)
@@ -49,11 +50,8 @@ def chosen_model(
 
     def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
         model = behind(exponents, response)
-        return model, model.projected(some, near)
+        return model, model.projected(sounds, guess)
 
-    choices, folded = shared_exponents(sounds, guess, noise, rate)
-    if not choices:
-        return None
     model, held = projected(choices[0], responses()[0])
 
     @functools.cache
@@ -94,7 +92,7 @@ def chosen_model(
             unfiltered = max(unfiltered, other.evidence)
     best = _most_probable(behind, choices, folded, model, held)
     if best is not model:
-        held = best.projected(some, near)
+        held = best.projected(sounds, guess)
     # What is as probable as a model that is probable enough needs no further proof.
     if not sure and by_all.evidence <= unfiltered - DOUBT:
         if best is model:

@@ -107,14 +107,16 @@ def ring(source, first, step, weights, factor, skip, real, imag):
 
 
 @fused
-def add_rings(sounds, first, size, noise, rows, total):
-    """Add the lagged products of the ring of each sound over its energy, and return the noise.
+def add_rings(sounds, first, size, rows, total):
+    """Add the lagged products of the ring of each sound over its energy; those of white noise.
 
     A ring is the part of `size` samples from first[i] on; those that a sound does not hold, or of
-    no more than the FAINTEST energy, do not count. The noise is that of so many rows. Of a ring y,
-    total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so many rows.
+    no more than the FAINTEST energy, do not count. What is returned is the diagonal that noise of
+    power 1 would add. Of a ring y, total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so
+    many rows.
     """
     floor, products, few = 0.0, np.zeros((size, size)), np.zeros((4, size))
+    width = len(total)
     held = 0
     for i in range(len(sounds)):
         if first[i] < 0 or first[i] + size > sounds.shape[1]:
@@ -125,16 +127,15 @@ def add_rings(sounds, first, size, noise, rows, total):
             scale = 1.0 / math.sqrt(energy)
             for k in range(size):
                 few[held, k] = scale * ring[k]
-            floor += rows * noise / energy
+            floor += rows / energy
             held += 1
         if held == len(few):
-            add_outer_products(few[0], few[1], few[2], few[3], products)
+            add_outer_products(few[0], few[1], few[2], few[3], width, products)
             held = 0
     few[held:] = 0.0
-    add_outer_products(few[0], few[1], few[2], few[3], products)
+    add_outer_products(few[0], few[1], few[2], few[3], width, products)
     # Along a diagonal one product comes and one goes: from its end on, for sounds decay, and sums
     # lose no digits as terms are added that are greater.
-    width = len(total)
     for apart in range(width):
         value = 0.0
         for k in range(size - 1 - apart, -1, -1):
@@ -147,11 +148,11 @@ def add_rings(sounds, first, size, noise, rows, total):
 
 
 @fused
-def add_outer_products(p, q, r, s, out):
-    """Add to out[i, j], i <= j, the product of elements i and j of each of four rows."""
+def add_outer_products(p, q, r, s, width, out):
+    """Add to out[i, j], i <= j < i + width, the products of elements i and j of four rows."""
     for i in range(len(p)):
         a, b, c, d = p[i], q[i], r[i], s[i]
-        row, pi, qi, ri, si = out[i, i:], p[i:], q[i:], r[i:], s[i:]
+        row, pi, qi, ri, si = out[i, i : i + width], p[i:], q[i:], r[i:], s[i:]
         for j in range(len(row)):
             row[j] += a * pi[j] + b * qi[j] + c * ri[j] + d * si[j]
 

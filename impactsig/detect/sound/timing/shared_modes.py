@@ -35,7 +35,7 @@ from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._growth import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
-from ._shared_exponents import may_share
+from ._shared_exponents import Rings, may_share, rings_of, shared_exponents
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
 from ._shared_modes_kernels import (
@@ -178,10 +178,8 @@ class SharedModes:
             self._whiten(waves[which[few]], plain)
             high_passed(samples, first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
-            noise = self._noise(sounds[few])
-            alike = len(spread) == len(which) or may_share(
-                sounds[few], crossed[few, 0], noise, self.rate
-            )
+            rings = rings_of(sounds[few], crossed[few, 0], self.rate, None)
+            alike = len(spread) == len(which) or may_share(rings, self._noise(sounds[few]))
             if not alike and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
@@ -189,7 +187,8 @@ class SharedModes:
             fits = None
             if alike:
                 high_passed(samples, first[others], self.white, sounds[others])
-                fits = self._model(sounds, plain, crossed[:, 0].copy())
+                rings = rings_of(sounds[others], crossed[others, 0], self.rate, rings)
+                fits = self._model(rings, sounds, plain, crossed[:, 0].copy())
             if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
@@ -207,14 +206,17 @@ class SharedModes:
         """Whether crossings are better than attacks where there is no model."""
         return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
-    def _model(self, sounds: np.ndarray, plain: np.ndarray, guess: np.ndarray) -> np.ndarray | None:
+    def _model(
+        self, rings: Rings, sounds: np.ndarray, plain: np.ndarray, guess: np.ndarray
+    ) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        The filter is chosen by the first few, of which the high-pass filter leaves `plain`. None if
+        Their modes are in their `rings`. The filter is chosen by the first few, of which the high-pass filter leaves `plain`. None if
         they have no model.
         """
-        few, noise, heard = len(plain), self._noise(sounds), float(np.sum(self.taps**2))
-        chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
+        few, noise, heard = slice(len(plain)), self._noise(sounds), float(np.sum(self.taps**2))
+        exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
+        chosen = chosen_model(exponents, *some, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
         model, held = chosen
@@ -225,7 +227,7 @@ class SharedModes:
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
-            self.gradual = self._gradual(plain, instant[:few])
+            self.gradual = self._gradual(plain, instant[few])
             self.latency = middle(late)
             self.spread = DEVIATION_BY_MEDIAN * middle(np.abs(late - self.latency))
             return fits
