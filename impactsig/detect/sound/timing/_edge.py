@@ -16,8 +16,7 @@ import functools
 
 import numpy as np
 
-from .._nearby import middle, middles
-from ._shared_modes_kernels import REAL, step_modes
+from ._edge_kernels import REAL, step_modes, whitening_taps
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
@@ -26,8 +25,6 @@ _NO_FILTER = np.empty(0)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
 HIGH_PASS_REACH = 2e-3  # [s]
 WHITENED = 1e-3  # [s], reach of the filter that whitens noise
-SMOOTH = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # of its spectrum
-WEAKEST_NOISE = 0.1  # of its density, over the median above HIGH_PASS, that is believed
 
 
 def _places(reach: int) -> np.ndarray:
@@ -82,21 +79,9 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper, ends = _tapers(count, reach)
-    transform = np.fft.rfft(quiet * taper)
-    spectrum = middles(transform.real**2 + transform.imag**2)
-    reflected = np.concatenate((spectrum[2:0:-1], spectrum, spectrum[-2:-4:-1]))
-    spectrum = np.convolve(reflected, SMOOTH, mode="valid") + error
-    above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
-    density = middle(spectrum[above])
-    if not density > 0.0:
-        return taps
-    frequency = np.arange(reach + 1) / (2 * reach + 1)
-    places = np.arange(len(spectrum))[above] / count
-    known = np.interp(frequency, places, spectrum[above] / density)
-    gain = 1.0 / np.sqrt(np.maximum(known, WEAKEST_NOISE))
-    inverse = np.roll(np.fft.irfft(gain, 2 * reach + 1), reach) * ends
-    both = np.convolve(taps, inverse)[reach:-reach]
-    return both - both.mean()
+    white, spectra = np.empty(len(taps)), np.fft.rfft(quiet * taper)
+    edge = HIGH_PASS * count / rate
+    return white if whitening_taps(spectra, count, edge, error, taps, ends, white) else taps
 
 
 @functools.lru_cache(maxsize=8)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
 import numpy as np
@@ -13,7 +12,6 @@ from ._filter_kernels import filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 4  # places between two samples that a crossing is looked for at
-REAL = 1e-9  # imaginary part of an exponent, at most, of a mode that does not oscillate
 FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
@@ -40,70 +38,6 @@ def high_passed(samples, first, taps, out):
             out[i] = 0.0
         else:
             filtered_at(samples, first[i], taps, out[i])
-
-
-@fused
-def step_modes(exponents, response, taps, first, last, per_sample, parts, out):
-    """Columns of `_edge.columns_of`, one a row of `out`: `parts` values to a sample.
-
-    The response has `per_sample`; it is empty where there is no filter.
-    """
-    none = len(response) == 0
-    reach = len(taps) // 2 if none else (len(response) // per_sample + len(taps)) // 2
-    begin, end = min(first, -reach), max(last, reach)
-    before, step = parts * (first - begin), 1 if none else per_sample // parts
-    weights, scratch = np.ones(step + 1, np.complex128), np.empty(out.shape[1])
-    if none:
-        both, at = np.zeros(parts * (end - begin) + 1), -parts * (reach + begin)
-        weights = weights[:1]
-        for k in range(len(taps)):
-            both[at + parts * k] = taps[len(taps) - 1 - k]
-    else:
-        both, at = np.zeros(per_sample * (end - begin + 1) + 1), per_sample * (1 - reach - begin)
-        for n in range(len(taps)):
-            part = both[at + n * per_sample : at + n * per_sample + len(response)]
-            for k in range(len(response)):
-                part[k] += taps[n] * response[k]
-    from_first = 0 if none else per_sample  # it begins a sample before `begin`
-    oscillating = len(exponents)
-    for n in range(len(exponents)):
-        for k in range(len(weights)):
-            if not none:  # Simpson's rule
-                share = 1.0 if k == 0 or k == step else 4.0 if k % 2 else 2.0
-                turn = cmath.exp(exponents[n] * (k / per_sample))
-                weights[k] = share / (3 * per_sample) * turn
-        other = scratch
-        if exponents[n].imag > REAL:
-            other = out[oscillating]
-            oscillating += 1
-        factor = cmath.exp(exponents[n] / parts)
-        ring(both, from_first, step, weights, factor, before, out[n], other)
-    impulse, slope = out[oscillating], out[oscillating + 1]
-    impulse[:] = 0.0
-    slope[:] = 0.0
-    if not none:
-        for i in range(out.shape[1]):
-            at = from_first + step * (before + i)
-            impulse[i] = both[at]
-            if 0 < at < len(both) - 1:
-                slope[i] = 0.5 * per_sample * (both[at + 1] - both[at - 1])
-
-
-@fused
-def ring(source, first, step, weights, factor, skip, real, imag):
-    """Real and imaginary part of a mode that rings to a source.
-
-    y[i] = factor y[i - 1] + sum of weights[k] source[first + i step - k]. The first `skip` values
-    of y are left out.
-    """
-    total = 0.0j
-    for i in range(skip + len(real)):
-        at, cell = first + i * step, 0.0j
-        for k in range(len(weights)):
-            cell += weights[k] * source[at - k]
-        total = factor * total + cell
-        if i >= skip:
-            real[i - skip], imag[i - skip] = total.real, total.imag
 
 
 @fused
