@@ -335,7 +335,9 @@ def test_what_has_learned_finds_the_same_again():
     assert model.prior[0] == PRIORS[-1]  # no impulse is there
     model.learn(held, 1e-7)
     assert (model.prior, model.error, model.evidence) == first
-    loud = model.projected_there(held, 8)
+    loud = held.loudest(8)
+    again = model.projected_there(loud)
+    np.testing.assert_allclose(again.fine, loud.fine, atol=1e-12)
     assert len(loud.which) == 8
     assert loud.energy.min() >= np.sort(held.energy_there)[-8]
     rows = np.isin(held.which[held.there], loud.which)

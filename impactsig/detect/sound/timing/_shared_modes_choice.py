@@ -66,7 +66,8 @@ def chosen_model(
         return None
     if leave_more(STRANGERS[1], Model.median_left):
         return None
-    model.learn(model.projected_there(held, LOUD), EXACT)
+    loud = held.loudest(LOUD)
+    model.learn(loud, EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
     if leave_more(HOPELESS, Model.median_left):
         return None
@@ -74,7 +75,7 @@ def chosen_model(
     def less_by_loud(exponents: np.ndarray) -> bool:
         """Whether the loud sounds are less probable without a filter."""
         other = behind(exponents, None)
-        other.learn(other.projected_there(held, LOUD), EXACT)
+        other.learn(other.projected_there(loud), EXACT)
         return other.evidence < model.evidence
 
     # Then all of them are less probable as well, or by less than DOUBT more.
@@ -90,7 +91,7 @@ def chosen_model(
             other, by_other = projected(exponents, None)
             other.learn(by_other, EXACT)
             unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, model, held)
+    best = _most_probable(behind, choices, folded, model, loud)
     if best is not model:
         held = best.projected(sounds, guess)
     # What is as probable as a model that is probable enough needs no further proof.
@@ -109,9 +110,9 @@ def _most_probable(
     choices: list[np.ndarray],
     folded: list[np.ndarray],
     model: Model,
-    held: Projected,
+    loud: Projected,
 ) -> Model:
-    """The model with the filter and the modes under which the loudest sounds are most probable.
+    """The model with the filter and the modes under which the loud sounds are most probable.
 
     All are compared about the origins by that of the widest filter and the first choice, which has
     learned from the loudest. The filters after the slope are narrower and narrower: there is one
@@ -124,7 +125,7 @@ def _most_probable(
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
         other = behind(exponents, response)
         other.prior = model.prior
-        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
+        other.learn(other.projected_there(loud), EXACT, beaten)
         return other
 
     def less(item: tuple[Model, np.ndarray]) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._nearby import middle
 from ._edge import PARTS, columns_of
-from ._fit_kernels import Fit, fit_each
+from ._fit_kernels import Fit, begin_each, fit_each
 from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
 from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 
@@ -28,6 +28,7 @@ BOTH_PRIORS = np.outer(PRIORS, (1.0, SLOPE_PRIOR))
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 COMPARED = 32  # sounds whose misfits are compared
+_NONE = np.empty((0, 3, 0))  # projections
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
@@ -45,6 +46,14 @@ class Projected:
     energy_there: np.ndarray
     fine: np.ndarray  # (sounds, 3, shifts)
     grams: np.ndarray  # of these shifts
+
+    def loudest(self, most: int) -> Projected:
+        """The loudest of the sounds that have an origin, on the same modes about it."""
+        loud = np.sort(np.argsort(-self.energy_there, kind="stable")[:most])
+        there, energy = self.there[loud], self.energy_there[loud]
+        which, first, begins = self.which[there], self.first[there], self.begins[loud]
+        origins = np.arange(len(loud)), begins, energy, self.fine[loud], self.grams
+        return Projected(self.sounds, which, first, self.energy[there], _NONE, *origins)
 
 
 @dataclass
@@ -90,20 +99,23 @@ class Model:
         orthonormal(self.columns, modes, PARTS, begin, shift, basis, grams)
         return basis, grams
 
-    def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    def fit(
+        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
+    ) -> np.ndarray:
         """Instant, standard error [samples] and residual fraction of each sound; NaN if cut off.
 
-        The share is that beyond noise.
+        The share is that beyond noise. Instants count from so many samples before a sound `begins`.
         """
-        first, fits = self._first(guess), np.empty((len(guess), 3))
-        fit_each(sounds, first, self._fit, fits)
-        fits[:, 0] += first + self.lead
+        fits = np.empty((len(guess), 3))
+        begins = np.zeros(len(guess), np.int64) if begins is None else begins
+        fit_each(sounds, begins, guess, self._fit, fits)
         return fits
 
     @property
     def _fit(self) -> Fit:
         """Of a model that is learned, for the kernel."""
         return Fit(
+            self.lead,
             self._coarse,
             self.whole[1],
             *self.fine,
@@ -124,9 +136,11 @@ class Model:
         """Samples that a fit may need."""
         return self.whole[0].shape[2] + 2 * self.reach
 
-    def begins(self, guess: np.ndarray) -> np.ndarray:
-        """The first sample of each sound that a fit may need."""
-        return self._first(guess) - self.reach
+    def begins(self, guess: np.ndarray, length: int) -> np.ndarray:
+        """The first sample of each sound that a fit may need; -1 if these are not all there."""
+        begins = np.empty(len(guess), np.int64)
+        begin_each(guess, self.lead + self.reach, length - self.width, begins)
+        return begins
 
     def _first(self, guess: np.ndarray) -> np.ndarray:
         """Sample of each sound at which a fit at its guess begins."""
@@ -141,23 +155,17 @@ class Model:
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         first = first[which]
         energy, whole = _projections(sounds, which, first, basis)
-        none, nowhere = np.empty((0, 3, 0)), np.empty(0, np.int64)
-        later = nowhere, nowhere, np.empty(0), none, none
+        nowhere = np.empty(0, np.int64)
+        later = nowhere, nowhere, np.empty(0), _NONE, _NONE
         return Projected(sounds, which, first, energy, whole, *later)
 
-    def projected_there(self, held: Projected, most: int) -> Projected:
-        """The loudest of sounds that have an origin by another model, for a fit about the same."""
-        loud = np.arange(len(held.there))
-        if len(loud) > most:
-            loud = np.sort(np.argsort(-held.energy_there, kind="stable")[:most])
-        there, begins = held.there[loud], held.begins[loud]
-        which, first = held.which[there], held.first[there]
-        (basis, grams), none = self.close, np.empty((len(loud), 3, 0))
-        energy, fine = _projections(held.sounds, which, begins, basis)
-        there = np.arange(len(loud))
-        return Projected(
-            held.sounds, which, first, energy, none, there, begins, energy, fine, grams
-        )
+    def projected_there(self, held: Projected) -> Projected:
+        """Sounds that have an origin by another model, for a fit about the same."""
+        basis, grams = self.close
+        which = held.which[held.there]
+        energy, fine = _projections(held.sounds, which, held.begins, basis)
+        origins = np.arange(len(which)), held.begins, energy, fine, grams
+        return Projected(held.sounds, which, held.first[held.there], energy, _NONE, *origins)
 
     def median_left(self, held: Projected) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""

@@ -169,3 +169,20 @@ def add_powers(sounds, first, total):
             total[k] += scale * (part[k] * part[k])
         count += 1
     return count
+
+
+@fused
+def shift_each(crossed, latency, spread, fits, strange, wider, attack, out):
+    """Shift of each sound from `attack`, and its standard error.
+
+    By fits that leave no more than a `strange` fraction, whose errors are made `wider`, and else by
+    results of `crossings`, which are late by `latency` and scatter by `spread` besides.
+
+    fits : (n, 3), instant, standard error and residual fraction; (0, 3) if there are none
+    """
+    for i in range(len(crossed)):
+        out[i, 0] = crossed[i, 0] - latency - attack
+        out[i, 1] = math.hypot(spread, crossed[i, 2])
+        if len(fits) and fits[i, 2] <= strange:
+            out[i, 0] = fits[i, 0] - attack
+            out[i, 1] = math.hypot(fits[i, 1], wider)

@@ -45,6 +45,7 @@ from ._shared_modes_kernels import (
     crossings,
     gather,
     high_passed,
+    shift_each,
 )
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
@@ -63,6 +64,7 @@ HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulu
 BEGINNING = 1.5e-3  # [s]
 RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
 ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
+_NO_FITS = np.empty((0, 3))
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
 
@@ -211,8 +213,8 @@ class SharedModes:
     ) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        Their modes are in their `rings`. The filter is chosen by the first few, of which the high-pass filter leaves `plain`. None if
-        they have no model.
+        Their modes are in their `rings`. The filter is chosen by the first few, of which the
+        high-pass filter leaves `plain`. None if they have no model.
         """
         few, noise, heard = slice(len(plain)), self._noise(sounds), float(np.sum(self.taps**2))
         exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
@@ -264,26 +266,19 @@ class SharedModes:
         crossed, fits = np.empty((len(first), 3)), None
         self._cross_of(x, first, crossed)
         if self.model is not None:
-            guess = crossed[:, 0]
-            begins, width = self.model.begins(guess), self.model.width
-            fit = (begins >= 0) & (begins + width <= self.length - len(self.white) + 1)
-            begins = np.where(fit, begins, 0)
-            sounds = _parts(x, np.where(fit, first + begins, -1), self.white, width)
-            fits = self.model.fit(sounds, np.where(fit, guess - begins, np.nan))
-            fits[:, 0] += begins
+            guess, length = crossed[:, 0].copy(), self.length - len(self.white) + 1
+            begins = self.model.begins(guess, length)
+            first = np.where(begins >= 0, first + begins, -1)
+            sounds = _parts(x, first, self.white, self.model.width)
+            fits = self.model.fit(sounds, guess, begins)
         return self._shifts(crossed, fits)
 
     def _shifts(self, crossed: np.ndarray, fits: np.ndarray | None) -> np.ndarray:
         """Shifts by the fits of the model, or by crossings where it does not fit."""
         attack = self.before - len(self.taps) // 2 - 0.5
-        timed = np.empty((len(crossed), 2))
-        timed[:, 0] = crossed[:, 0] - self.latency - attack
-        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
-        if fits is not None:
-            instant, error, left = fits.T
-            alike = left <= STRANGE
-            timed[alike, 0] = instant[alike] - attack
-            timed[alike, 1] = np.hypot(error[alike], self.gradual)
+        timed, fits = np.empty((len(crossed), 2)), _NO_FITS if fits is None else fits
+        known = crossed, self.latency, self.spread, fits, STRANGE, self.gradual
+        shift_each(*known, attack, timed)
         return timed
 
     def _cross(self, plain: np.ndarray, out: np.ndarray, shares: tuple = SHARES) -> None:
