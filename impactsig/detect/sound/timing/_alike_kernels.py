@@ -14,8 +14,8 @@ import math
 
 import numpy as np
 
-from .._lane_kernels import fused
-from ._filter_kernels import TAPS, add_products, between, product
+from .._lane_kernels import fused, sum_of_squares
+from ._filter_kernels import TAPS, add_products, between, filtered_at, product, taps_at
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
@@ -28,9 +28,25 @@ STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-
 @fused
 def shift_wave(wave, pad, shifts):
     """The wave at all shifts of a grid, without `pad` samples at both ends."""
-    taps = np.empty(2 * TAPS)
+    shift_by(wave, pad, shift_taps(), shifts)
+
+
+@fused
+def shift_taps():
+    """Interpolation weights of these shifts, one set a row."""
+    taps = np.empty((ROWS, 2 * TAPS))
     for j in range(ROWS):
-        between(wave, pad - (j - ROWS // 2) / SHIFTS, taps, shifts[j])
+        later = (ROWS // 2 - j) / SHIFTS
+        taps_at(later - math.floor(later), taps[j])
+    return taps
+
+
+@fused
+def shift_by(wave, pad, taps, shifts):
+    """The same as `shift_wave`, by the weights."""
+    for j in range(ROWS):
+        whole = math.floor((ROWS // 2 - j) / SHIFTS)
+        filtered_at(wave, pad + int(whole) + 1 - TAPS, taps[j], shifts[j])
 
 
 @fused
@@ -173,10 +189,7 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
     tail = TAIL * energy if clear > 0.0 else 0.0  # the end of a wave being learned is uncertain
     for i in range(len(sounds)):
         y = sounds[i]
-        noise = 0.0
-        for k in range(quiet):
-            noise += y[k] * y[k]
-        noise *= total / quiet
+        noise = sum_of_squares(y[:quiet]) * (total / quiet)
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
             response = respond(y, first, reach, stride, weighted, sums)
@@ -231,11 +244,11 @@ def most_alike(sounds, lengths, taper, weight):
     best, most = -1, -(-len(sounds) // 2) - 1
     anywhere, laid = np.empty((1, 2)), np.empty((1, 6))
     anywhere[0, 0], anywhere[0, 1] = 0.0, np.inf  # where they agree is to be seen
-    shifts = np.empty((ROWS, lengths.size))
+    shifts, taps = np.empty((ROWS, lengths.size)), shift_taps()
     first = lengths.first - lengths.pad
     for leader in range(len(sounds)):
         wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
-        shift_wave(wave, lengths.pad, shifts)
+        shift_by(wave, lengths.pad, taps, shifts)
         count = len(sounds)
         for i in range(len(sounds)):
             if count <= most:

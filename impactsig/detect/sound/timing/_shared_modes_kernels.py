@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .._attack_kernels import innovations
-from .._lane_kernels import fused, sum_of_squares
+from .._lane_kernels import fused, greatest_of, sum_of_squares
 from ._filter_kernels import filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
@@ -107,9 +107,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
         taps_at(part / FINE, taps[part])
     sizes, peak = np.empty((FINE, end - begin)), np.empty(end - begin)
     for i in range(len(sounds)):
-        noise = greatest = 0.0
-        for k in range(quiet):
-            noise += sounds[i, k] * sounds[i, k]
+        noise = sum_of_squares(sounds[i, :quiet])
         sizes[0] = sounds[i, begin:end]
         peak[:] = 0.0
         for part in range(FINE):
@@ -119,8 +117,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
             for k in range(len(peak)):
                 between[k] = abs(between[k])
                 peak[k] = between[k] if between[k] > peak[k] else peak[k]
-        for k in range(len(peak)):
-            greatest = max(greatest, peak[k])
+        greatest = greatest_of(peak)
         out[i, 0] = out[i, 1] = out[i, 2] = np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
         level = min(level, shares[2] * greatest)
