@@ -26,7 +26,7 @@ from impactsig.detect.sound.timing._alike_kernels import (
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
-from impactsig.detect.sound.timing._waveform import PASSES, QUARTERS, learn_waveform
+from impactsig.detect.sound.timing._waveform import PARTS, PASSES, learn_waveform
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
 from impactsig.detect.sound.timing.laying import Laying, laying_of
 
@@ -351,8 +351,8 @@ def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
     assert np.std(found[:, 0]) < 20e-6
 
 
-@pytest.mark.parametrize(("agreeing", "quarters"), [(0.2, 1), (0.45, 4), (1.0, 4 * PASSES)])
-def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, quarters):
+@pytest.mark.parametrize(("agreeing", "passes"), [(0.2, 1 / 8), (0.45, 1), (1.0, PASSES)])
+def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, passes):
     lengths = sound_lengths(22_050.0, scale_at(22_050.0))
     rng, count, laid = np.random.default_rng(5), 256, []
     wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
@@ -370,7 +370,8 @@ def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing,
     monkeypatch.setattr(Laying, "over", counted)
     found = learn_waveform(laying_of(lengths), sounds, expected)
     assert (found is not None) == (agreeing == 1.0)
-    assert laid.count(count // QUARTERS) == quarters
+    assert sum(laid) == count * passes
+    assert sum(1 / stride for _, stride in PARTS) == 1.0
 
 
 def test_instants_are_never_put_out_of_order():

@@ -22,7 +22,7 @@ from .laying import Laying, are_alike
 LEADERS = 8  # of the impacts that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
-QUARTERS = 4  # of the sounds, laid one after the other
+PARTS = (0, 8), (4, 8), (1, 4), (2, 4), (3, 4)  # first and stride of sounds laid side by side
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
 PASSES = 3  # over the impacts learned from
@@ -114,8 +114,8 @@ def _lay_if_alike(
     """The result of `Laying.over`; None as soon as too few can be alike, or agree with attacks."""
     spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
     agreeing, known = 0, 0
-    for first in range(min(QUARTERS, len(sounds))):
-        some = slice(first, None, QUARTERS)
+    for part in PARTS:
+        some = slice(part[0], None, part[1])
         anywhere = np.tile((0.0, np.inf), (len(laid[some]), 1))
         laid[some] = laying.over(np.ascontiguousarray(sounds[some]), anywhere, shifts, 0.0, 1.0)
         alike = are_alike(laid[some])
