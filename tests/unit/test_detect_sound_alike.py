@@ -351,7 +351,7 @@ def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
     assert np.std(found[:, 0]) < 20e-6
 
 
-@pytest.mark.parametrize(("agreeing", "passes"), [(0.2, 1 / 8), (0.45, 1), (1.0, PASSES)])
+@pytest.mark.parametrize(("agreeing", "passes"), [(0.1, 1 / 8), (0.45, 1), (1.0, PASSES)])
 def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, passes):
     lengths = sound_lengths(22_050.0, scale_at(22_050.0))
     rng, count, laid = np.random.default_rng(5), 256, []
