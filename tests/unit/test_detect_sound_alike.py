@@ -28,7 +28,7 @@ from impactsig.detect.sound.timing._alike_kernels import (
 from impactsig.detect.sound.timing._filter_kernels import TAPS
 from impactsig.detect.sound.timing._waveform import PARTS, PASSES, learn_waveform
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
-from impactsig.detect.sound.timing.laying import Laying, laying_of
+from impactsig.detect.sound.timing.laying import Laying, are_alike, laying_of
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 NOISE = 0.01
@@ -349,6 +349,23 @@ def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
     """Noise or a soft beginning moves attacks by up to .5 ms; all sounds together still agree."""
     found = sound_errors.errors(strange_sounds.record(seed)[0])
     assert np.std(found[:, 0]) < 20e-6
+
+
+@pytest.mark.parametrize("groups", [(8,), (3, 5), (4, 4), (2, 2, 3, 1), (1, 4, 2, 1)])
+def test_the_leader_is_the_first_to_which_most_are_alike(groups):
+    rng = np.random.default_rng(11)
+    lengths = sound_lengths(8000.0, scale_at(8000.0))
+    laying, anywhere = laying_of(lengths), np.tile((0.0, np.inf), (8, 1))
+    waves = rng.standard_normal((len(groups), lengths.length)) * np.hanning(lengths.length)
+    sounds = np.repeat(waves, groups, axis=0)[rng.permutation(8)]
+    sounds += 0.05 * rng.standard_normal(sounds.shape)
+    counts, shifts = [], np.empty((ROWS, lengths.size))
+    for sound in sounds:
+        part = sound[lengths.first - lengths.pad :][: lengths.size + 2 * lengths.pad]
+        shift_wave(part, lengths.pad, shifts)
+        counts.append(are_alike(laying.over(sounds, anywhere, shifts, 0.0, 1.0)).sum())
+    expected = int(np.argmax(counts)) if max(counts) >= 4 else -1
+    assert laying.leader(sounds) == expected
 
 
 @pytest.mark.parametrize(("agreeing", "passes"), [(0.1, 1 / 8), (0.45, 1), (1.0, PASSES)])

@@ -48,9 +48,9 @@ def filtered_at(wave, first, taps, out):
         t4, t5, t6, t7 = taps[n + 4], taps[n + 5], taps[n + 6], taps[n + 7]
         part = wave[first + n : first + n + count + 7]
         for k in range(count):
-            value = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
-            value = value + t4 * part[k + 4] + t5 * part[k + 5] + t6 * part[k + 6] + t7 * part[k + 7]
-            out[k] = value
+            one = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
+            one = one + t4 * part[k + 4] + t5 * part[k + 5] + t6 * part[k + 6] + t7 * part[k + 7]
+            out[k] = one
     for n in range(whole, len(taps)):
         tap, part = taps[n], wave[first + n : first + n + count]
         for k in range(count):

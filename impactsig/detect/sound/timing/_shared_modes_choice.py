@@ -24,7 +24,7 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 
 
 def chosen_model(
-    exponents: tuple[list[np.ndarray], list[np.ndarray]],
+    shared: tuple[list[np.ndarray], list[np.ndarray]],
     sounds: np.ndarray,
     guess: np.ndarray,
     noise: float,
@@ -35,11 +35,11 @@ def chosen_model(
 ) -> tuple[Model, Projected] | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
-    `exponents` are those that they may share. Beside the model the sounds, projected on it. None if
+    `shared` are exponents that they may share. Beside the model the sounds, projected on it. None if
     they share no modes, or are more probable without any filter. `unlike` is the share of the
     energy that the modes of sounds that share them leave at most.
     """
-    choices, folded = exponents
+    choices, folded = shared
     if not choices:
         return None
 

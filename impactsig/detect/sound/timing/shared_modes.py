@@ -35,7 +35,7 @@ from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._growth import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
-from ._shared_exponents import Rings, may_share, rings_of, shared_exponents
+from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
 from ._shared_modes_kernels import (
@@ -180,16 +180,16 @@ class SharedModes:
             self._whiten(waves[which[few]], plain)
             high_passed(samples, first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
-            rings = rings_of(sounds[few], crossed[few, 0], self.rate, None)
-            alike = len(spread) == len(which) or may_share(rings, self._noise(sounds[few]))
-            if not alike and not self._by_crossings(waves[which]):
+            noise = self._noise(sounds[few])
+            rings = rings_of_shared(sounds[few], crossed[few, 0], self.rate, noise)
+            if rings is None and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
             self._cross_of(samples, first[others], crossed[others])
             fits = None
-            if alike:
+            if rings is not None:
                 high_passed(samples, first[others], self.white, sounds[others])
-                rings = rings_of(sounds[others], crossed[others, 0], self.rate, rings)
+                rings = with_rings(rings, sounds[others], crossed[others, 0], self.rate)
                 fits = self._model(rings, sounds, plain, crossed[:, 0].copy())
             if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
@@ -222,7 +222,8 @@ class SharedModes:
         if chosen is None:
             return None
         model, held = chosen
-        model.compare(held, STRANGE)
+        if model.compare(held, STRANGE) > rings.ring.misfit:
+            return None
         fits = model.fit(sounds, guess)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
