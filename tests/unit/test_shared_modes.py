@@ -202,7 +202,7 @@ def test_no_more_than_the_sounds_learned_from_are_kept():
     modes = SharedModes(8000.0, 1, 2)
     attacks = np.rint(truth.time * 8000) - 0.5
     for _ in range(10):
-        modes.add(truth.samples, (0, len(truth.samples)), attacks)
+        modes.add(truth.samples, attacks)
         assert len(modes.waves) <= LEARN
     assert modes.learned
     assert not len(modes.waves)

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._growth_kernels import AFTER, NOISE, spread_by_growth
+from ._growth_kernels import AFTER, NOISE, SLICE, add_powers, spread_of
 
-SLICE = 0.125e-3  # [s]
 FAINTEST = 1e-300  # energy whose reciprocal is finite
 LEAST = 5  # sounds that show it
 
@@ -39,22 +38,8 @@ class Growth:
     def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
         """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
         first = self.before - self.lead
-        near = sounds[:, first : first + len(self.total)][likely]
-        power = near * near
-        energy = power[:, self.lead :].sum(axis=1)
-        some = energy > FAINTEST
-        weight = np.where(some, 1.0 / np.where(some, energy, 1.0), 0.0)
-        self.total[: power.shape[1]] += weight @ power
-        self.count += int(np.count_nonzero(some))
+        self.count += add_powers(sounds, likely, first, self.lead, FAINTEST, self.total)
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""
         return spread_of(self.total, self.lead, self.rate) if self.count >= LEAST else 0.0
-
-
-def spread_of(total: np.ndarray, before: int, rate: float) -> float:
-    """Standard deviation [samples] of instants about which sounds have this power in `total`.
-
-    It is 0 where the rate is too low, or `total` too short before `before`, to tell.
-    """
-    return float(spread_by_growth(total, before, SLICE * rate))

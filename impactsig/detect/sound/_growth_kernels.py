@@ -1,61 +1,63 @@
-"""Kernel of sounds that begin gradually. See `_growth.py` for the method."""
+"""Kernels for `_growth.py`: mean power of sounds about their attacks, and how it grows."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from ._lane_kernels import fused
+from ._lane_kernels import fused, sum_of, sum_of_squares
 
+SLICE = 0.125e-3  # [s]
 SPANS = 1, 2, 4  # slices in each of the two times
 NOISE = 2, 8  # slices before the attack in which noise is measured
-PEAK = 2  # slices of the greatest power
-AFTER = 24  # slices after the attack in which that is looked for
+AFTER = 24  # slices after the attack in which the greatest power of two is looked for
 VARIED = 0.5  # standard deviation of the logarithm of the power of sounds at the same age
 
 
 @fused
-def spread_by_growth(total, before, size):
-    """Standard deviation of instants before which `total` has so many samples.
+def add_powers(sounds, likely, first, lead, faintest, total):
+    """Add the powers of the likely sounds to `total`, each over its energy; returns how many count.
 
-    `size` samples make a slice, rounded to whole ones from the instant on.
+    `total` begins at sample `first` of a sound, whose energy is that `lead` samples later and on.
+    Sounds of less than the `faintest` energy do not count.
     """
-    count = min(AFTER, int((len(total) - before) / size))
-    quiet, loud = before + _samples(-NOISE[1], size), before + _samples(-NOISE[0], size)
-    if size < 1.0 or quiet < 0 or count < PEAK:
+    count, size = 0, min(len(total), sounds.shape[1] - first)
+    for k in range(len(sounds)):
+        near = sounds[k, first : first + size]
+        energy = sum_of_squares(near[lead:])
+        if likely[k] and energy > faintest:
+            count += 1
+            weight = 1.0 / energy
+            for i in range(size):
+                total[i] += weight * near[i] * near[i]
+    return count
+
+
+@fused
+def spread_of(total, before, rate):
+    """Standard deviation [samples] of instants about which sounds have this power in `total`.
+
+    It is 0 where the rate is too low, or `total` too short before `before`, to tell.
+    """
+    size = SLICE * rate
+    last = min(AFTER, int((len(total) - before) / size))
+    edges = before + np.rint(size * np.arange(-NOISE[1], last + 1)).astype(np.int64)
+    if size < 1.0 or edges[0] < 0 or last < 2:
         return 0.0
-    noise, power = _mean(total, quiet, loud), np.empty(count)
-    for n in range(count):
-        begin, end = before + _samples(n, size), before + _samples(n + 1, size)
-        power[n] = _mean(total, begin, end) - noise
+    begin, end = edges[0], edges[NOISE[1] - NOISE[0]]
+    noise, power = sum_of(total[begin:end]) / (end - begin), np.empty(last)
+    for k in range(last):
+        begin, end = edges[NOISE[1] + k], edges[NOISE[1] + k + 1]
+        power[k] = sum_of(total[begin:end]) / (end - begin) - noise
     growth = 0.0
     for span in SPANS:
-        if span < count:
-            first, second = _mean(power, 0, span), _mean(power, span, min(2 * span, count))
+        if span < last:
+            first, second = power[:span].mean(), power[span : 2 * span].mean()
             if second > first > 0.0:
-                growth = max(growth, math.log(second / first) / (span * size))
-    at, level, greatest = 0, _mean(power, 0, PEAK), -np.inf
-    for n in range(count - PEAK + 1):
-        one = _mean(power, n, n + PEAK)
-        if one > greatest:
-            at, greatest = n, one
-    if not (greatest > level > 0.0 and growth > 0.0):
+                growth = max(growth, np.log(second / first) / (span * size))
+    level = 0.5 * (power[:-1] + power[1:])
+    at, greatest = level.argmax(), level.max()
+    if not (greatest > level[0] > 0.0 and growth > 0.0):
         return 0.0
-    rise = math.log(greatest / level)
+    rise = np.log(greatest / level[0])
     growth = max(growth, rise / (at * size))  # as it is until then on the mean
-    return -VARIED / growth * math.expm1(-(rise**2))
-
-
-@fused
-def _samples(slices, size):
-    """So many slices in whole samples."""
-    return int(np.rint(size * slices))
-
-
-@fused
-def _mean(values, begin, end):
-    total = 0.0
-    for k in range(begin, end):
-        total += values[k]
-    return total / (end - begin)
+    return -VARIED / growth * np.expm1(-(rise**2))

@@ -59,13 +59,11 @@ class Rises:
         self.margin = DEEPEST * (EDGE + FEWEST), DEEPEST * (EDGE + FEWEST + 1)
         self._scratch = np.empty((3, 0))
 
-    def powers(self, scratch: np.ndarray, left: int, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    def powers(self, x: np.ndarray, left: int, parts: int) -> tuple[np.ndarray, np.ndarray]:
         """Powers of the low octaves, and their means over the PARTs of the core.
 
-        `scratch` is that of the octaves, where the last low-pass is left; `left` frames precede
-        the core.
+        x is what is left below the octaves, in frames; `left` of these precede the core.
         """
-        x = scratch[(self.octaves + 1) % 2]
         half = len(x) // 2
         if self._scratch.shape[1] < half:
             self._scratch = np.empty((3, half))

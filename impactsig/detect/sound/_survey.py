@@ -161,16 +161,14 @@ class Survey:
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
         octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
-        bridged = self.gate.bridged(x, power, min(one.step for one in cores))
-        if bridged is not None:
-            x = bridged
-            octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
+        rest = self.scratch[(scale.octaves + 1) % 2, :total]  # what is left below the octaves
+        x = self.gate.bridged(x, power, rest, cores)
         groups = -(-count // GROUP)
-        low, low_parts = self.rises.powers(self.scratch[:, :total], left, -(-groups // 2))
+        low, low_parts = self.rises.powers(rest, left, -(-groups // 2))
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
-        x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
+        x, continued = self.gate.octaves(x, power, real, count)
         if self.taps is not None:
             real = real[0] + self.spoilt, real[1] - self.spoilt
             power = continued = np.empty_like(power)

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._floor_kernels import count_falls
+
 FALL, FALLEN = 1e-4, 0.01  # ratio of powers, and share of bands and times
 LEAST = 1e-3  # share of deep falls in a window, fewer than which are not looked at
 STEP, CROSSING = 1e-2, 5e-3  # ratio of powers, and share of these falls while others rise
@@ -26,15 +28,7 @@ def falls_of(means: np.ndarray, sounding: np.ndarray) -> np.ndarray:
 
     Of powers (bands, times), of which those `sounding` are known; every other band is counted.
     """
-    before, after = means[::2, :-1], means[::2, 1:]
-    deep = after < FALL * before
-    if np.count_nonzero(deep) <= LEAST * deep.size:  # as nearly always
-        return np.array([deep.size, 0, 0])
-    together = sounding[1:] & sounding[:-1]
-    pairs = len(before) * np.count_nonzero(together)
-    falls = np.count_nonzero((after < STEP * before) & together, axis=0)
-    rises = np.count_nonzero((before < STEP * after) & together, axis=0)
-    return np.array([pairs, np.count_nonzero(deep & together), np.minimum(falls, rises).sum()])
+    return np.array(count_falls(means, sounding, FALL, STEP, LEAST))
 
 
 def has_holes(counted: np.ndarray) -> bool:

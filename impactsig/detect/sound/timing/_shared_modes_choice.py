@@ -35,8 +35,8 @@ def chosen_model(
 ) -> tuple[Model, Projected] | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
-    `shared` are exponents that they may share. Beside the model the sounds, projected on it. None if
-    they share no modes, or are more probable without any filter. `unlike` is the share of the
+    `shared` are exponents that they may share. Beside the model the sounds, projected on it. None
+    if they share no modes, or are more probable without any filter. `unlike` is the share of the
     energy that the modes of sounds that share them leave at most.
     """
     choices, folded = shared

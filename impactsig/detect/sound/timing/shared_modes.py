@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import spread_of
+from .._growth_kernels import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
@@ -106,16 +106,13 @@ class SharedModes:
         self.length = self.before + round(AFTER * self.rate)
         self._forget()
 
-    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Add the next attacks, halfway between two of the samples x.
-
-        Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
-        """
+    def add(self, x: np.ndarray, attacks: np.ndarray) -> None:
+        """Add the next attacks, halfway between two of the samples x, all that are near them."""
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
             first = np.rint(attacks + 0.5).astype(int) - self.before
-            there = (first >= valid[0]) & (first + self.length <= valid[1])
+            there = (first >= 0) & (first + self.length <= len(x))
             first = np.where(there, first, -1)
             if not self.learned:
                 first = self._hold(x, first)
