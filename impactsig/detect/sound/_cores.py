@@ -51,7 +51,7 @@ class Levels(NamedTuple):
     bands: np.ndarray  # (bands, BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
     silent: np.ndarray  # PARTs that are digital silence
-    steps: np.ndarray  # beside it (`edge_steps`)
+    steps: tuple[np.ndarray, np.ndarray]  # where it ends and begins (`edge_steps`)
     falls: np.ndarray  # of bands (`falls_of`)
     cores: list[Core]
 
@@ -103,8 +103,8 @@ class Backgrounds:
             np.concatenate([getattr(one, name) for one in windows])
             for name in ("parts_sound", "sound")
         )
-        steps = np.concatenate([one.steps for one in windows])
-        if len(steps):
+        steps = [np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)]
+        if len(steps[0]) or len(steps[1]):
             silent = np.concatenate([one.silent for one in windows])
             fading = beside_fades(steps, parts_sound, silent, PART * self.scale.hop / self.rate)
             if fading is not None:

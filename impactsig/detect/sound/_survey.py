@@ -198,7 +198,7 @@ class Survey:
         group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
         silent_parts = np.zeros(len(counted), np.bool_)
         silent_parts[: GROUP // PART * groups] = np.repeat(silent[2 : groups + 2], GROUP // PART)
-        steps = np.empty(0)
+        steps = np.empty(0), np.empty(0)
         if silent_parts.any():
             steps = edge_steps(parts, counted, PART * hop / self.rate)
         falls = falls_of(means, sounding)
