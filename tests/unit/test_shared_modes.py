@@ -168,7 +168,7 @@ def test_no_more_than_the_sounds_learned_from_are_kept():
     modes = SharedModes(8000.0, 1, 2)
     attacks = np.rint(truth.time * 8000) - 0.5
     for _ in range(10):
-        modes.add(truth.samples, (0, len(truth.samples)), attacks)
+        modes.add(truth.samples, attacks)
         assert sum(len(waves) for waves in modes.held) < LEARN
     assert modes.learned
     assert len(modes.timing().shift) == 10 * len(attacks)

@@ -19,7 +19,8 @@ from impactsig.detect.sound._attack_kernels import (
     split_variance,
     variance_change,
 )
-from impactsig.detect.sound._growth import VARIED, Growth, spread_of
+from impactsig.detect.sound._growth import Growth
+from impactsig.detect.sound._growth_kernels import VARIED, spread_of
 from impactsig.detect.sound.timing._shift_errors import ATTACKS, beyond
 
 # Seeds that nothing was chosen on.

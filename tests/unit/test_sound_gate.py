@@ -194,10 +194,11 @@ def test_a_low_tone_behind_a_gate_is_compared_with_what_is_audible_as_well():
     g, heard = np.full(1001, 8.0), np.ones(1001, np.bool_)
     g[500] = 100.0
     crest, weak, b = np.array([500]), np.zeros(0, int), np.full(1001, 0.05)
-    ungated = tone_odds(crest, weak, g, b, heard, 400)
+    least = np.full(1, -np.inf)
+    ungated = tone_odds(crest, weak, g, b, heard, 400, least)
     shut = np.arange(1001) % 3 > 0  # two thirds of the time
     shut[500] = False
-    gated = tone_odds(crest, weak, np.where(shut, 0.0, g), b, ~shut, 400)
+    gated = tone_odds(crest, weak, np.where(shut, 0.0, g), b, ~shut, 400, least)
     np.testing.assert_allclose(gated - ungated, 5.4 * 0.5 * (np.log(8 + 5) - np.log(0 + 5)))
 
 

@@ -36,12 +36,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, number_as_high, places_about, rate_of_others
+from .._kernels import BLOCK, GROUP
+from .._nearby import (
+    greatest_beside,
+    greatest_within,
+    nearest_group,
+    number_as_high,
+    places_about,
+    rate_of_others,
+    separate_crests,
+)
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
 from .._survey import Passage
-from ._octave_evidence import rattling
 from .candidates import HOPELESS, Candidates, with_others
 from .crests import Crests
 
@@ -76,10 +83,14 @@ def with_rises(
     crests: Crests,
     passage: Passage,
     b: np.ndarray,
+    rattle: np.ndarray,
     audible: float,
     seconds: float,
 ) -> Candidates:
-    """Change the log-odds by rises in one octave, and add impacts that only these show."""
+    """Change the log-odds by rises in one octave, and add impacts that only these show.
+
+    `rattle` is R / a of each BLOCK.
+    """
     h = np.concatenate(passage.rises)
     silent = np.concatenate(passage.silent)
     known = np.concatenate(passage.known)
@@ -100,8 +111,7 @@ def with_rises(
     own = Own(*(column[own.odds > HOPELESS] for column in own))
     if not len(own.frame):
         return found._replace(odds=odds)
-    rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
-    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
+    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle[own.frame // BLOCK]))
     by_all = odds
     odds, own = one_of_each(found.frame, by_all, own, ALONE / seconds)
     spread = np.full(len(own.frame), SPREAD)
@@ -149,9 +159,7 @@ def settled(
 
 def high_crests(h: np.ndarray, seconds: float) -> np.ndarray:
     """Indices of H that none within WITHIN exceeds, as high as counts; the first of equal ones."""
-    reach = round(WITHIN / (STEP * seconds))
-    crest = np.flatnonzero((h > AS_HIGH * NOISE) & (h == greatest_within(h, reach)))
-    return crest[np.diff(crest, prepend=-reach - 1) > reach]
+    return separate_crests(h, round(WITHIN / (STEP * seconds)), AS_HIGH * NOISE)
 
 
 def by_octave(
@@ -225,13 +233,6 @@ def turned_odds(
     less = np.log1p(h) + np.minimum(np.log(often), 0.0)
     less -= np.where(bands >= FEEBLE, np.log(RISEN), 0.0)
     return np.where(h < SWELLS, odds + SWELLING_SLOPE * np.minimum(less, 0.0), odds)
-
-
-def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    """The greatest value at most `reach` from each place."""
-    if not len(at):
-        return np.empty(0)
-    return greatest_within(values, reach)[np.clip(at, 0, len(values) - 1)]
 
 
 def greatest_before(values: np.ndarray, at: np.ndarray, first: int, last: int) -> np.ndarray:

@@ -32,7 +32,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import FAINTEST, spread_of
+from .._growth import FAINTEST
+from .._growth_kernels import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import may_share
@@ -95,16 +96,13 @@ class SharedModes:
         self.before = round(BEFORE * self.rate)
         self.length = self.before + round(AFTER * self.rate)
 
-    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Add the next attacks, halfway between two of the samples x.
-
-        Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
-        """
+    def add(self, x: np.ndarray, attacks: np.ndarray) -> None:
+        """Add the next attacks, halfway between two of the samples x, all that are near them."""
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
             first = np.rint(attacks + 0.5).astype(int) - self.before
-            there = (first >= valid[0]) & (first + self.length <= valid[1])
+            there = (first >= 0) & (first + self.length <= len(x))
             if self.learned:
                 self.found.append(self._timed(x, np.where(there, first, -1)))
                 return
