@@ -19,7 +19,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .._nearby import local_mean, middle
+from .._nearby import middle
 from ._gate_kernels import put_edge_steps
 
 FLANK = 8e-3  # [s]
@@ -49,9 +49,13 @@ def beside_fades(
     `steps` are those where a gate opens, and where it closes.
     """
     opens, closes = (len(side) >= EDGES and middle(side) < FADES for side in steps)
+    silences = np.append(0, np.cumsum(silent))
+    index = np.arange(len(silent))
     for reach in REACHES if opens or closes else ():
-        parts = round(reach / seconds)
-        beside = local_mean(silent, parts * opens, parts * closes) > 0.0
+        near = round(reach / seconds)
+        first = np.maximum(index - near * opens, 0)
+        last = np.minimum(index + near * closes + 1, len(silent))
+        beside: np.ndarray = silences[last] > silences[first]
         if np.count_nonzero(audible & ~beside) >= ENOUGH * np.count_nonzero(audible):
             return beside
     return None
