@@ -155,3 +155,14 @@ def test_a_few_that_begin_early_are_found_among_many():
     spread = added(rows).spread(np.zeros(900), likely)
     assert np.median(spread[early]) > 3.0 * added(rows).step
     assert not added(rows_of(1, 900)).spread(np.zeros(900), likely).any()
+
+
+@pytest.mark.parametrize("evidence", [9.5, 10.0])
+def test_fractions_count_where_they_gain_more_than_one_each(evidence):
+    """Two impacts of a hundred begin early: ln L gains 2 ln(.98 + .02 e^E) + 98 ln(.98)."""
+    of_each = np.full((100, BEFORE + 1), -30.0)
+    of_each[:, 0] = 0.0
+    of_each[:2, 4] = evidence
+    gain = 2.0 * np.log(0.98 + 0.02 * np.exp(evidence)) + 98.0 * np.log(0.98)
+    assert abs(gain - BEFORE) < 0.8
+    assert (_fractions(of_each, BEFORE) is not None) == (gain > BEFORE)

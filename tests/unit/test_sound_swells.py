@@ -130,6 +130,8 @@ def test_only_a_crowd_of_gradual_rises_is_turned():
         (sharp > 1.0, sharp, rise),  # unlikely rises are noise, and say nothing of the others
     ):
         assert np.isinf(most_odds(instant, *others)).all()
+    sparse = most_odds(3.0 * instant, likely, sharp, rise)  # no more than CROWD near
+    assert np.isinf(sparse).all()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._cores import Core
+from .._core_kernels import GREATEST, LEAST, STEP
 from .._kernels import EDGE, GROUP, Scale
 from .._nearby import greatest_within
 from ._gate_kernels import (
@@ -49,19 +49,20 @@ class Gate:
         self.share, self.silent = 1.0, None
 
     def bridged(
-        self, x: np.ndarray, power: np.ndarray, rest: np.ndarray, cores: list[Core]
+        self, x: np.ndarray, power: np.ndarray, rest: np.ndarray, cores: np.ndarray
     ) -> np.ndarray:
         """Samples without silences too short to be held; their powers are renewed.
 
         `power` is that of the octaves of x, and `rest` what is left below them, in frames; `cores`
         are those that x contains.
         """
-        _, least, greatest, _, step = zip(*cores, strict=True)
-        if power[0].min() > 0.0 or not np.isfinite(min(step)):
+        step = cores[:, STEP].min()
+        if power[0].min() > 0.0 or not np.isfinite(step):
             return x
+        least, greatest = cores[:, LEAST].min(), cores[:, GREATEST].max()
         hop = self.scale.hop
         out, changed = np.empty(len(x)), np.zeros(power.shape[1], np.bool_)
-        if not bridge(x, hop, min(step), min(least), max(greatest), out, changed):
+        if not bridge(x, hop, step, least, greatest, out, changed):
             return x
         renew_powers(out, hop, greatest_within(changed, EDGE), power, rest)
         return out

@@ -23,15 +23,14 @@ STEP, CROSSING = 1e-2, 5e-3  # ratio of powers, and share of these falls while o
 DEEP = 10.0**-5.5  # times the strongest of a band: a hole
 
 
-def falls_of(means: np.ndarray, sounding: np.ndarray) -> np.ndarray:
+def falls_of(means: np.ndarray, sounding: np.ndarray) -> tuple[int, int, int]:
     """Numbers of pairs of neighbours in time, of deep falls, and of falls beside rises.
 
     Of powers (bands, times), of which those `sounding` are known; every other band is counted.
     """
-    return np.array(count_falls(means, sounding, FALL, STEP, LEAST))
+    return count_falls(means, sounding, FALL, STEP, LEAST)
 
 
-def has_holes(counted: np.ndarray) -> bool:
-    """Whether codecs left holes, given the sum of `falls_of`."""
-    pairs, deep, crossing = counted
-    return bool(deep > FALLEN * pairs and crossing > CROSSING * deep)
+def has_holes(pairs: int, deep: int, crossing: int) -> bool:
+    """Whether codecs left holes, given the sums of `falls_of`."""
+    return deep > FALLEN * pairs and crossing > CROSSING * deep
