@@ -209,34 +209,40 @@ def test_edges_of_silence_are_compared_with_what_is_8_ms_farther():
     power[:, 10] = [0.5, 0.125]  # a mean over octaves of ln 8 less
     power[:, 24] = 16.0
     power[:, 73] = 0.0  # nothing to compare with
-    steps = edge_steps(power, audible, 8e-3 / 3)
-    np.testing.assert_allclose(steps, [-np.log(8.0), np.log(8.0)])
-    assert len(edge_steps(power[:, :11], audible[:11], 8e-3)) == 0
-    assert len(edge_steps(power[:, :1], audible[:1], 8e-3)) == 0
+    opening, closing = edge_steps(power, audible, 8e-3 / 3)
+    np.testing.assert_allclose(opening, [-np.log(8.0)])
+    np.testing.assert_allclose(closing, [np.log(8.0)])
+    assert [len(side) for side in edge_steps(power[:, :11], audible[:11], 8e-3)] == [0, 0]
+    assert [len(side) for side in edge_steps(power[:, :1], audible[:1], 8e-3)] == [0, 0]
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(3.9, False), (4.1, True)])
 def test_a_gate_fades_where_most_edges_are_softer_by_a_factor_of_four(ratio, expected):
     audible = np.arange(100) % 50 > 20
-    steps = -np.log([ratio, ratio, 1e-3])
-    assert (beside_fades(steps, audible, ~audible, 5e-3) is not None) is expected
-    assert beside_fades(steps[:2], audible, ~audible, 5e-3) is None  # too few
+    steps, none = -np.log([ratio, ratio, 1e-3]), np.zeros(9)
+    assert (beside_fades((steps, none), audible, ~audible, 5e-3) is not None) is expected
+    assert (beside_fades((none, steps), audible, ~audible, 5e-3) is not None) is expected
+    assert beside_fades((steps[:2], none), audible, ~audible, 5e-3) is None  # too few
 
 
 def test_the_background_is_read_far_from_fades_where_enough_is_left():
-    def kept(count):
+    def kept(count, opening=-2.0, closing=-2.0):
         audible = np.zeros(400, np.bool_)
         for begin in range(20, 340, 60):
             audible[begin : begin + count] = True
-        beside = beside_fades(np.full(3, -2.0), audible, ~audible, 5e-3)
+        steps = np.full(3, opening), np.full(3, closing)
+        beside = beside_fades(steps, audible, ~audible, 5e-3)
         return None if beside is None else np.flatnonzero(audible & ~beside) - 20
 
+    np.testing.assert_array_equal(kept(30, opening=0.0)[:20], np.arange(20))  # 50 ms before
+    np.testing.assert_array_equal(kept(30, closing=0.0)[:20], np.arange(10, 30))  # and after
     np.testing.assert_array_equal(kept(30)[:20], np.r_[10:20, 70:80])  # 50 ms away
     np.testing.assert_array_equal(kept(20)[:10], np.arange(5, 15))  # 25 ms
     assert kept(8) is None  # too little would be left
 
 
-def test_a_gate_that_opens_over_tens_of_milliseconds_makes_no_impacts():
+@pytest.mark.parametrize("sides", ["both", "closing"])
+def test_a_gate_that_fades_over_tens_of_milliseconds_makes_no_impacts(sides):
     rng = np.random.default_rng(5)
     rate, beats = 22050, np.arange(0.5, 11.5, 0.7)
     t = np.arange(12 * rate) / rate
@@ -246,9 +252,14 @@ def test_a_gate_that_opens_over_tens_of_milliseconds_makes_no_impacts():
         x += np.exp(-later / 0.01) * np.sin(2 * np.pi * 3000 * later)
     for middle in np.concatenate((beats, beats + 0.35)):  # half of the time, noise alone
         open_[(t > middle - 0.06) & (t < middle + 0.16)] = 1.0
-    window = np.hanning(2 * round(0.04 * rate) + 1)
-    gain = np.convolve(open_, window / window.sum(), "same")
-    gain[gain < 1e-3] = 0.0
+    if sides == "both":
+        window = np.hanning(2 * round(0.04 * rate) + 1)
+        gain = np.convolve(open_, window / window.sum(), "same")
+        gain[gain < 1e-3] = 0.0
+    else:  # 40 with a median over both sides
+        gain = np.maximum(
+            1.0 - (t - np.maximum.accumulate(np.where(open_ > 0.0, t, -1.0))) / 0.06, 0.0
+        )
     found = detect_impacts(Recording(x * gain, rate=rate, sensor="sound"))
     assert len(found) == len(beats)  # 40 with a background that is read from what fades
     np.testing.assert_allclose(found.time, beats, atol=1e-3)

@@ -37,7 +37,7 @@ class Levels(NamedTuple):
     means: np.ndarray  # (octaves, low octaves and bands; BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
     silent: np.ndarray  # PARTs that are digital silence
-    steps: np.ndarray  # beside it (`edge_steps`)
+    steps: tuple[np.ndarray, np.ndarray]  # where it ends and begins (`edge_steps`)
     falls: tuple[int, ...]  # of bands (`falls_of`)
     cores: np.ndarray  # (cores, columns), as by `cores_of`
 
@@ -84,8 +84,8 @@ class Backgrounds:
         parts = np.concatenate([one.parts for one in windows], axis=1)
         audible = np.concatenate([one.parts_sound for one in windows])
         sound = np.concatenate([one.sound for one in windows])
-        steps = np.concatenate([one.steps for one in windows])
-        if len(steps):
+        steps = [np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)]
+        if len(steps[0]) or len(steps[1]):
             silent = np.concatenate([one.silent for one in windows])
             fading = beside_fades(steps, audible, silent, PART * self.scale.hop / self.rate)
             if fading is not None:

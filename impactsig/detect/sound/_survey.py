@@ -191,7 +191,8 @@ class Survey:
             sounding,
         )  # fmt: skip
         silent = silent[2 : groups + 2]
-        silent_parts, steps = np.zeros(len(counted), np.bool_), np.empty(0)
+        silent_parts = np.zeros(len(counted), np.bool_)
+        steps = np.empty(0), np.empty(0)
         if silent.any():
             silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
             steps = edge_steps(parts, counted, PART * hop / self.rate)

@@ -270,10 +270,10 @@ def hold_bands(power, share, closes, held):
 def put_edge_steps(parts, audible, flank, out):
     """Mean over the octaves of ln(p_i / p_k), p_i beside an edge and p_k `flank` parts from it.
 
-    All parts from i to k are `audible`, and p is nowhere 0 in both. Returns their number, at most
-    that of the parts.
+    out[0] are those where parts begin to be `audible`, out[1] where they cease to. All parts from i
+    to k are audible, and p is nowhere 0 in both. Returns the numbers of both.
     """
-    count, begin = 0, 0
+    counts, begin = np.zeros(2, np.int64), 0
     while begin < len(audible):
         if not audible[begin]:
             begin += 1
@@ -282,9 +282,9 @@ def put_edge_steps(parts, audible, flank, out):
         while end < len(audible) and audible[end]:
             end += 1
         if end - begin > flank:
-            for edge, inner, real in (
-                (begin, begin + flank, begin > 0),
-                (end - 1, end - 1 - flank, end < len(audible)),
+            for side, edge, inner, real in (
+                (0, begin, begin + flank, begin > 0),
+                (1, end - 1, end - 1 - flank, end < len(audible)),
             ):
                 total = 0.0
                 for b in range(parts.shape[0]):
@@ -293,7 +293,7 @@ def put_edge_steps(parts, audible, flank, out):
                         break
                     total += np.log(parts[b, edge] / parts[b, inner])
                 if real:
-                    out[count] = total / parts.shape[0]
-                    count += 1
+                    out[side, counts[side]] = total / parts.shape[0]
+                    counts[side] += 1
         begin = end
-    return count
+    return counts[0], counts[1]
