@@ -26,12 +26,9 @@ class Ring(NamedTuple):
     length: float  # [s]
     sparse: float  # fraction of all poles there could be, at most, that are shared
     left: float  # fraction of the energy, beyond noise, at most, that shared modes leave
-    misfit: float  # of their model over what it leaves, at most; see `Model.compare`
 
 
-# The longer ones have room for more poles, by which sounds that share none, or nearly the same, are
-# fitted as well: only by what is left these are told apart.
-RINGS = Ring(5e-3, 0.4, 0.1, np.inf), Ring(6e-3, 0.5, 0.01, 0.2)
+RINGS = Ring(5e-3, 0.4, 0.1), Ring(7e-3, 0.5, 0.01)
 
 
 class Rings(NamedTuple):
@@ -100,15 +97,20 @@ def rings_of_shared(
 ) -> Rings | None:
     """The shortest rings whose eigenvalues leave a choice of modes that these sounds share.
 
-    Longer ones are tried where a ring is of few samples. None if no modes are shared.
+    Longer ones are tried where a ring is of few samples. Those of sounds that share a band, but no
+    modes, span the more of it the longer they are: the longer ones have more strong eigenvalues.
+    None if no modes are shared.
     """
+    fewer = np.inf
     for ring in RINGS:
         rings = with_rings(no_rings(rate, ring), sounds, guess, rate)
         value, _ = _eigen(rings.total, vectors=False)
-        if _counts(value, rings, noise):
+        strong = _strong(value, noise * rings.floor, WEAKEST[0])
+        if strong <= fewer and _counts(value, rings, noise):
             return rings
         if rings.most >= MOST_POLES:
             break
+        fewer = strong
     return None
 
 
@@ -121,16 +123,17 @@ def _eigen(total: np.ndarray, vectors: bool) -> tuple[list[float], np.ndarray]:
     return value.tolist(), vector
 
 
+def _strong(value: list[float], floor: float, share: float, above: float = ABOVE_NOISE) -> int:
+    """How many of these eigenvalues exceed a share of the greatest, the last, and noise."""
+    return len(value) - bisect_right(value, max(share * value[-1], above * floor))
+
+
 def _counts(value: list[float], rings: Rings, noise: float) -> list[int]:
     """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
     width, counts = len(value), list[int]()
     most, floor = rings.most, noise * rings.floor
-
-    def above(least: float) -> int:
-        return width - bisect_right(value, least)
-
     for share in WEAKEST:
-        count = above(max(share * value[-1], ABOVE_NOISE * floor))
+        count = _strong(value, floor, share)
         if count > most:
             return counts
         beside = sum(value[: width - count]) - floor * (width - count)
@@ -139,7 +142,7 @@ def _counts(value: list[float], rings: Rings, noise: float) -> list[int]:
         if count and count not in counts:
             counts.append(count)
     for share in (ROUNDED, WEAKEST[-1]):
-        count = above(max(share * value[-1], DOUBTFUL * floor))
+        count = _strong(value, floor, share, DOUBTFUL)
         count += count % 2
         if counts and counts[-1] < count <= most:
             return [*counts, count]

@@ -212,10 +212,8 @@ class Model:
         )
         self.prior = impulse, impulse * SLOPE_PRIOR
 
-    def compare(self, held: Projected, most: float) -> float:
+    def compare(self, held: Projected, most: float) -> None:
         """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
-
-        Its ratio to what the model leaves in a sample, with the noise, is returned.
 
         What a model leaves lies in few directions, and one of them may be that in which a shift
         changes a sound. A fit has taken this part off the sound, but not off others: the misfit
@@ -231,7 +229,7 @@ class Model:
         own = self.noise / energy
         alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
         if len(alike) < LEAST:
-            return 0.0
+            return
         own, which = own[alike], held.which[there[alike]]
         left, change = np.empty((2, len(alike), self.close[0].shape[2]))
         leave_and_change(
@@ -248,7 +246,6 @@ class Model:
         squares = (change @ left.T) ** 2 - own
         others = np.sum(squares, axis=0) - np.diag(squares)
         self.misfit = OWN * middle(others) / (len(own) - 1)
-        return self.misfit / (middle(own) + self.error)
 
     def _near(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
         """Energy and fine projections of the sounds that start somewhere.

@@ -219,8 +219,7 @@ class SharedModes:
         if chosen is None:
             return None
         model, held = chosen
-        if model.compare(held, STRANGE) > rings.ring.misfit:
-            return None
+        model.compare(held, STRANGE)
         fits = model.fit(sounds, guess)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
