@@ -14,7 +14,6 @@ from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
 from impactsig.detect.sound.timing._edge import (
-    PARTS,
     chebyshev,
     cliff,
     columns_of,
@@ -23,6 +22,7 @@ from impactsig.detect.sound.timing._edge import (
     slope,
     whitening,
 )
+from impactsig.detect.sound.timing._edge_kernels import PARTS
 from impactsig.detect.sound.timing._mode_basis_kernels import project
 from impactsig.detect.sound.timing._shared_exponents import (
     RINGS,
@@ -36,7 +36,12 @@ from impactsig.detect.sound.timing._shared_modes_kernels import (
     add_rings,
     crossings,
 )
-from impactsig.detect.sound.timing._shift_kernels import log_probabilities, most_probable
+from impactsig.detect.sound.timing._shift_kernels import (
+    Search,
+    Shifts,
+    log_probabilities,
+    most_probable,
+)
 from impactsig.detect.sound.timing.shared_modes import LEARN, SharedModes
 from tests import naive_sound
 
@@ -472,8 +477,9 @@ def test_evidence_is_the_integral_of_the_probability():
     at = noise / energy + (0.1 / freedom - noise / energy)
 
     def learned(rows, least, enough=-np.inf, begin=0):
-        known = projections, np.full(9, energy), grams, step, noise, freedom
-        return most_probable(*known, priors[rows], begin, 1e-4, least, enough)
+        search = Search(priors[rows], begin, 1e-4, least, enough)
+        shifts = Shifts(grams, step, freedom)
+        return most_probable(projections, np.full(9, energy), shifts, noise, search)
 
     def evidence(s, prior):
         d = np.linspace(-3.0, 3.0, 20_001)

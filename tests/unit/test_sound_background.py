@@ -7,6 +7,7 @@ import pytest
 
 from impactsig.detect.sound._core_kernels import (
     BLOCKS,
+    CONVERTER_STEP,
     GREATEST,
     LEAST,
     RESOLUTION,
@@ -14,7 +15,6 @@ from impactsig.detect.sound._core_kernels import (
     bound_noise,
     may_hum,
 )
-from impactsig.detect.sound._core_kernels import STEP as CORE_STEP
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
@@ -175,7 +175,7 @@ def test_noise_is_at_least_that_of_rounding_and_of_steps():
     cores = np.empty((3, 5))
     cores[:, BLOCKS], cores[:, RESOLUTION] = 64.0, [0.0, 0.0, 1e-3]
     cores[:, LEAST], cores[:, GREATEST] = [-2.0, -1.0, -1.0], [1.0, 3.0, 5.0]
-    cores[:, CORE_STEP] = [np.inf, 0.1, 0.5]
+    cores[:, CONVERTER_STEP] = [np.inf, 0.1, 0.5]
     near = np.array([[0, 1], [0, 2], [1, 3]])
     gains, leakage = np.array([1.2, 0.9, 0.7]), np.array([0.1, 10.0])
     noise = np.random.default_rng(4).exponential(3e-4, (7, 3))  # three octaves, two low ones

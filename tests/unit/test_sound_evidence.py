@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._kernels import BLOCK, GROUP
-from impactsig.detect.sound._rise_kernels import STEP
+from impactsig.detect.sound._kernels import BLOCK, GROUP, STEP
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import SAMPLED, Passage
 from impactsig.detect.sound.deciding._dense import dense_odds

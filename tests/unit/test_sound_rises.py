@@ -8,7 +8,7 @@ import pytest
 from benchmarks.recordings import score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._kernels import BLOCK, STEP, octave_rise
-from impactsig.detect.sound._rise_kernels import low_likelihood, rise_likelihood
+from impactsig.detect.sound._rise_kernels import OctaveMeans, low_likelihood, rise_likelihood
 from impactsig.detect.sound._rises import clear_ratio
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.deciding._rise_odds import by_octave, high_crests
@@ -76,7 +76,7 @@ def test_rise_of_the_octaves_by_its_definition(past, forward):
     np.testing.assert_allclose(every, np.stack((after, before))[:, :, ::STEP], rtol=1e-12)
 
 
-NO_LOW_OCTAVES = np.empty((0, 0)), 0, np.empty(0, np.int64), np.empty(0, np.int64)
+NO_LOW_OCTAVES = np.empty(0, np.int64), np.empty(0, np.int64)
 
 
 # A sound that rings on is itself the median that its rise is compared with: F1 of 0.22 to 0.9
@@ -108,9 +108,8 @@ def test_likelihood_of_a_step_in_power():
     for background, rise in ((0.5, 5.0), (2.0, 2.5)):  # less than what was before is none
         out = np.zeros(128 // STEP)
         least = np.array([[background]])
-        rise_likelihood(
-            every, *NO_LOW_OCTAVES, quiet[None], 0, one, least, freedom * one, 2.0 * one, out
-        )
+        means = OctaveMeans(*NO_LOW_OCTAVES, one, freedom * one, 2.0 * one)
+        rise_likelihood(every, np.empty((0, 0)), 0, quiet[None], 0, least, means, out)
         np.testing.assert_allclose(out, 0.5 * freedom * (rise - 1.0 - np.log(rise)))
 
 
@@ -122,9 +121,10 @@ def test_clear_rises_are_held_against_the_median_of_parts():
     clear = clear_ratio(*freedom)
     assert 3.5 * (clear - 1.0 - np.log(clear)) == pytest.approx(3.0)
     out, low = np.zeros((2, 1024 // STEP)), np.zeros(1024 // STEP)
-    fixed = every, *NO_LOW_OCTAVES, parts, 4, bias, least, freedom
-    rise_likelihood(*fixed, clear, out[0])
-    rise_likelihood(*fixed, 51.0 * clear, out[1])
+    means = OctaveMeans(*NO_LOW_OCTAVES, bias, freedom, clear)
+    fixed = every, np.empty((0, 0)), 0, parts, 4, least
+    rise_likelihood(*fixed, means, out[0])
+    rise_likelihood(*fixed, means._replace(clear=51.0 * clear), out[1])
     power = np.where(np.arange(300) % 2, 1.0, 60.0)  # F is 34 or 27
     low_likelihood(power, 16, 4, 4, parts[0], 4, 0.5, least[0], 7.0, float(clear[0]), low)
     for k in range(8):

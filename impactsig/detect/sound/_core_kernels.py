@@ -8,7 +8,7 @@ from ..._compiling.compiled import njit
 from ..signal.order_kernels import centre_of
 from .powers.band_kernels import ALMOST, TIMES_BACKGROUND
 
-BLOCKS, LEAST, GREATEST, RESOLUTION, STEP = range(5)  # columns of what is known of cores
+BLOCKS, LEAST, GREATEST, RESOLUTION, CONVERTER_STEP = range(5)  # columns of what is known of cores
 TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
 ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
 
@@ -51,7 +51,7 @@ def put_extremes(x, per, out):
     """Put the `extremes` of each core of `per` samples in its row of `out`."""
     for k in range(len(out)):
         least, greatest, step = extremes(x[k * per : (k + 1) * per])
-        out[k, LEAST], out[k, GREATEST], out[k, STEP] = least, greatest, step
+        out[k, LEAST], out[k, GREATEST], out[k, CONVERTER_STEP] = least, greatest, step
 
 
 @njit(nogil=True)
@@ -81,7 +81,7 @@ def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
         for i in range(near[k, 0], near[k, 1]):
             size = max(size, max(-cores[i, LEAST], cores[i, GREATEST]))
             resolution = max(resolution, cores[i, RESOLUTION])
-            step = min(step, cores[i, STEP])
+            step = min(step, cores[i, CONVERTER_STEP])
         toggling = TOGGLING * step**2 if step < np.inf else 0.0
         rounding, rounded = (resolution * size) ** 2, (ROUNDING * size) ** 2
         for b in range(octaves):

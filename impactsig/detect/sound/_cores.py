@@ -10,13 +10,13 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass, field
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
 from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extremes
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
+from ._levels import Levels
 from ._rise_kernels import LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
@@ -27,23 +27,6 @@ from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
-
-
-class Levels(NamedTuple):
-    """Mean powers of a window that the background is read from."""
-
-    parts: np.ndarray  # (octaves, PARTs in whole BLOCKs)
-    parts_sound: np.ndarray  # those that digital silence does not touch
-    means: np.ndarray  # (octaves, low octaves and bands; BLOCKs)
-    sound: np.ndarray  # BLOCKs that are not all digital silence
-    silent: np.ndarray  # PARTs that are digital silence
-    steps: tuple[np.ndarray, np.ndarray]  # where it ends and begins (`edge_steps`)
-    falls: tuple[int, ...]  # of bands (`falls_of`)
-    cores: np.ndarray  # (cores, columns), as by `cores_of`
-
-    @property
-    def blocks(self) -> int:
-        return len(self.sound)
 
 
 @dataclass
@@ -151,7 +134,8 @@ def cores_of(samples: np.ndarray, hop: int) -> np.ndarray:
     """What is known of the samples of each core of a window, or part of one at its end.
 
     Columns are its BLOCKS, the LEAST and the GREATEST sample, the RESOLUTION of the numbers that
-    hold them, and the STEP, the least difference of two in a row, infinite if there is none.
+    hold them, and the CONVERTER_STEP, the least difference of two in a row, infinite if there is
+    none.
     """
     size = CORE * hop
     out = np.empty((-(-len(samples) // size), 5))

@@ -16,7 +16,6 @@ import numpy as np
 
 from ._growth_kernels import AFTER, NOISE, SLICE, add_powers, spread_of
 
-FAINTEST = 1e-300  # energy whose reciprocal is finite
 LEAST = 5  # sounds that show it
 
 
@@ -38,7 +37,7 @@ class Growth:
     def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
         """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
         first = self.before - self.lead
-        self.count += add_powers(sounds, likely, first, self.lead, FAINTEST, self.total)
+        self.count += add_powers(sounds, likely, first, self.lead, self.total)
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""

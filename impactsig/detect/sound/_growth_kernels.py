@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._lane_kernels import fused, sum_of, sum_of_squares
+from ._lane_kernels import FAINTEST, fused, sum_of, sum_of_squares
 
 SLICE = 0.125e-3  # [s]
 SPANS = 1, 2, 4  # slices in each of the two times
@@ -14,17 +14,17 @@ VARIED = 0.5  # standard deviation of the logarithm of the power of sounds at th
 
 
 @fused
-def add_powers(sounds, likely, first, lead, faintest, total):
+def add_powers(sounds, likely, first, lead, total):
     """Add the powers of the likely sounds to `total`, each over its energy; returns how many count.
 
     `total` begins at sample `first` of a sound, whose energy is that `lead` samples later and on.
-    Sounds of less than the `faintest` energy do not count.
+    Sounds of no more than the FAINTEST energy do not count.
     """
     count, size = 0, min(len(total), sounds.shape[1] - first)
     for k in range(len(sounds)):
         near = sounds[k, first : first + size]
         energy = sum_of_squares(near[lead:])
-        if likely[k] and energy > faintest:
+        if likely[k] and energy > FAINTEST:
             count += 1
             weight = 1.0 / energy
             for i in range(size):

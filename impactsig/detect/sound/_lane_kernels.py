@@ -19,6 +19,7 @@ fused = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 reordered = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 """The same, whose sums over a loop are added in any sequence, in lanes."""
 
+FAINTEST = 1e-300  # energy whose reciprocal is finite
 _MANTISSA = np.int64(52)  # bits
 _ONE = np.int64(1023 << 52)  # bits of 1.0
 _LEAST_M = np.float64(math.sqrt(0.5)).view(np.int64)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ._kernels import BLOCK, GROUP
 from ._lane_kernels import fused
-from ._rise_kernels import PART as LONG_PART
+from ._rise_kernels import LONG_PART
 from .powers.band_kernels import group_means
 
 PART = 8  # frames of the octaves that share one power
@@ -25,24 +25,20 @@ def put_known(begin, apart, size, valid, known):
 
 
 @fused
-def put_levels(
-    power, low_parts, fine, first, real, known, parts, counted, silent, long_parts, means, sounding
-):  # fmt: skip
+def put_levels(power, parts, counted, silent, long_parts, means, sounding):
     """Fill the means of a window from its powers in octaves, low octaves and narrow bands.
 
     Parameters
     ----------
-    power : powers of octaves, of which those of the window begin at frame `first`
-    low_parts : means of the low octaves in LONG_PARTs
-    fine : powers of narrow bands in GROUPs, of which those are `known` that lie in the segment
-    real : first frame of the segment, and that at which it ends
+    power : Powers (`_levels.py`)
     parts, counted, silent : of `part_means`
     long_parts : means in LONG_PARTs of the octaves and the low ones
     means : means in BLOCKs of all, of what is heard there if anything is
     sounding : whether the BLOCKs have bands that are
     """
-    octaves, groups, narrow = power.shape[0], len(known), len(power) + len(low_parts)
-    part_means(power, first, groups, real, parts, counted, silent)
+    known, low_parts, octaves = power.known, power.low, len(power.octaves)
+    groups, narrow = len(known), octaves + len(low_parts)
+    part_means(power.octaves, power.left, groups, power.real, parts, counted, silent)
     heard, both = np.empty(groups, np.bool_), np.zeros(low_parts.shape[1], np.bool_)
     for g in range(groups):
         near = silent[g] or silent[g + 1] or silent[g + 2] or silent[g + 3]
@@ -53,7 +49,7 @@ def put_levels(
         sounding[k] = heard[k * PER : (k + 1) * PER].any()
     group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, means[:octaves])
     group_means(low_parts, both, BLOCK // LONG_PART, means[octaves:narrow])
-    group_means(fine, heard, PER, means[narrow:])
+    group_means(power.bands, heard, PER, means[narrow:])
     for b in range(octaves):
         for i in range(long_parts.shape[1]):
             p = parts[b, LONG_PART // PART * i : LONG_PART // PART * (i + 1)]

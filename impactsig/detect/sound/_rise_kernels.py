@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..signal.order_kernels import select
@@ -10,18 +12,28 @@ from ._lane_kernels import fused
 
 LOW = 3  # octaves below those that a frame has a coefficient of
 DEEPEST = 2**LOW  # frames of a coefficient of the lowest
-PART = 32  # frames that share one power
-LOCAL = 16  # PARTs in and beside a BLOCK whose median is usual there
+LONG_PART = 32  # frames that share one power, for medians
+LOCAL = 16  # LONG_PARTs in and beside a BLOCK whose median is usual there
+
+
+class OctaveMeans(NamedTuple):
+    """How the means of octaves are taken and scatter; of the LOW ones alone if so said."""
+
+    size: np.ndarray  # frames of a coefficient, of the LOW ones
+    width: np.ndarray  # coefficients of a mean, of the LOW ones
+    bias: np.ndarray  # of the median of LONG_PARTs
+    freedom: np.ndarray  # degrees of freedom of a mean
+    clear: np.ndarray  # ratio, below which there is no rise
 
 
 @fused
 def low_powers(x, left, even, odd, high, out, means):
     """out[k, j]: square of coefficient j of the k-th octave below the rate of x.
 
-    Row k of `out` is filled with len(x) / 2^(k+1) values, and means[k] with the means of PARTs
+    Row k of `out` is filled with len(x) / 2^(k+1) values, and means[k] with the means of LONG_PARTs
     from x[left] on. `even`, `odd` and `high` are scratch of half the length of x.
     """
-    count, per, first = len(x) // 2, PART // 2, left // 2
+    count, per, first = len(x) // 2, LONG_PART // 2, left // 2
     halve_and_square(x, high, even[:count], 1, out[0, :count])
     for k in range(out.shape[0]):
         for g in range(means.shape[1]):
@@ -43,8 +55,8 @@ def usual_power(parts, first, block, least, near):
     The first part of BLOCK 0 is parts[first]; beyond their ends the last ones go on. `near` is
     scratch of LOCAL.
     """
-    begin, last = first + block * (BLOCK // PART) + (BLOCK // PART - LOCAL) // 2, len(parts) - 1
-    more = 0
+    each, last = BLOCK // LONG_PART, len(parts) - 1
+    begin, more = first + block * each + (each - LOCAL) // 2, 0
     for i in range(LOCAL):
         near[i] = parts[min(max(begin + i, 0), last)]
         more += near[i] > least
@@ -118,24 +130,23 @@ def low_likelihood(power, left, size, width, parts, first, bias, background, fre
 
 
 @fused
-def rise_likelihood(
-    every, low, left, size, width, parts, first, bias, background, freedom, clear, out
-):  # fmt: skip
+def rise_likelihood(every, low, left, parts, first, background, means, out):
     """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
 
-    `every` are the mean powers after and before these frames; the low octaves, of size[k] frames a
-    coefficient and width[k] of these a mean, have the powers low[k], from `left` frames before the
-    first frame on. The first part of BLOCK 0 is parts[:, first].
+    `every` are the mean powers after and before these frames; low[k] are powers of the low octaves,
+    from `left` frames before the first frame on. The first part of BLOCK 0 is parts[:, first].
+    `means` are OctaveMeans.
     """
     octaves = every.shape[1]
+    bias, freedom, clear = means.bias, means.freedom, means.clear
     for b in range(octaves):
         raise_likelihood(
             every[0, b], every[1, b], BLOCK // STEP, parts[b], first, bias[b], background[b],
             freedom[b], clear[b], out,
         )  # fmt: skip
-    for k in range(len(size)):
-        b = octaves + k
+    for k in range(len(means.size)):
+        b, size = octaves + k, means.size[k]
         low_likelihood(
-            low[k], left // size[k], size[k], width[k], parts[b], first, bias[b], background[b],
+            low[k], left // size, size, means.width[k], parts[b], first, bias[b], background[b],
             freedom[b], clear[b], out,
         )  # fmt: skip

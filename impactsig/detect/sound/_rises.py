@@ -4,8 +4,8 @@ The octaves of `_kernels.py` end near 1.4 kHz, and narrow bands extend over 23 m
 decays within 5 ms hardly raises either. So the wavelet has three further octaves, whose
 coefficients last 2 to 8 frames. With F_b the mean power of octave b from a frame on, weighted by a
 line that falls to zero, over 4 ms or four coefficients if that is longer, A_b that over as long
-before it, L_b the background (`floor.py`), and M_b the median power of its PARTs within about 0.1
-s, freed from its bias,
+before it, L_b the background (`floor.py`), and M_b the median power of its LONG_PARTs within about
+0.1 s, freed from its bias,
 
     H = max(3, n_b / 2 (x_b - 1 - ln x_b)),    x_b = F_b / max(A_b, L_b, M_b) > 1,
 
@@ -22,13 +22,7 @@ import functools
 import numpy as np
 
 from ._kernels import EDGE, Scale
-from ._rise_kernels import (
-    DEEPEST,
-    LOW,
-    PART,
-    low_powers,
-    rise_likelihood,
-)
+from ._rise_kernels import DEEPEST, LONG_PART, LOW, OctaveMeans, low_powers, rise_likelihood
 
 FEWEST = 4  # coefficients of a mean
 CLEAR = 3.0  # H without a rise: smaller values mean little
@@ -38,24 +32,23 @@ class Rises:
     """Takes H window by window."""
 
     def __init__(self, scale: Scale) -> None:
-        self.octaves = scale.octaves
         size = 2 ** (1 + np.arange(LOW))
         low = np.maximum(np.round(scale.forward / size).astype(int), FEWEST)
         width = np.concatenate((np.full(scale.octaves, scale.forward), low))
         per = np.concatenate((scale.hop / 2.0 ** (1 + np.arange(scale.octaves)), np.ones(LOW)))
-        self.freedom = 1.5 * per * width * (width + 1.0) / (2.0 * width + 1.0)
-        self.clear = clear_ratio(*self.freedom.tolist())
+        freedom = 1.5 * per * width * (width + 1.0) / (2.0 * width + 1.0)
         frames = np.concatenate((np.ones(scale.octaves), size))
-        coefficients = PART * per / frames
-        self.median_bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
-        self.size, self.width = size, low
+        coefficients = LONG_PART * per / frames
+        bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
+        clear = clear_ratio(*freedom.tolist())
+        self.means = OctaveMeans(size, low, bias, freedom, clear)
         # Frames that a window needs beside it; whole coefficients, for cuts not to change them.
         self.margin = DEEPEST * (EDGE + FEWEST), DEEPEST * (EDGE + FEWEST + 1)
 
     def powers(
         self, x: np.ndarray, left: int, parts: int, scratch: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Powers of the low octaves, and their means over the PARTs of the core.
+        """Powers of the low octaves, and their means over the LONG_PARTs of the core.
 
         x is what the octaves leave below them, one value a frame; `left` frames precede the core.
         `scratch` are three arrays of half the length of x.
@@ -82,21 +75,18 @@ class Rises:
         low : ndarray
             Powers of the low octaves, from `left` frames before the first on.
         parts : ndarray
-            Mean powers of PARTs of all octaves; the window begins with column `first`.
+            Mean powers of LONG_PARTs of all octaves; the window begins with column `first`.
         background : ndarray
             L of all octaves, in BLOCKs, and of what follows them.
         """
         out = np.full(every.shape[2], CLEAR)
-        rise_likelihood(
-            every, low, left, self.size, self.width, parts, first, self.median_bias, background,
-            self.freedom, self.clear, out,
-        )  # fmt: skip
+        rise_likelihood(every, low, left, parts, first, background, self.means, out)
         return out
 
 
 @functools.lru_cache(maxsize=8)
 def rises_at(scale: Scale) -> Rises:
-    """What takes H of a record."""
+    """The Rises at these lengths, which no record changes."""
     return Rises(scale)
 
 

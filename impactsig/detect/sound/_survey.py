@@ -1,8 +1,9 @@
 """First pass over a sound record: rises of its power, in octaves and narrow bands.
 
 Frames wait until the four seconds after them have been read, since the background is estimated from
-both sides (`_cores.py`). Little is kept of the whole record: a rise in narrow
-bands for every 16 frames, a sample of the rise in octaves, and the crests of the latter.
+both sides (`_cores.py`). Little is kept of the whole record: for every 16 frames the rise in narrow
+bands, the likelihood of one in a single band and how they go on to rise, and a sample of the rise
+in octaves; for every fourth the likelihood of a rise in one octave; and the crests in octaves.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._cores import Backgrounds, Levels, reaching
+from ._cores import Backgrounds, reaching
 from ._kernels import (
-    BLOCK,
     EDGE,
     GROUP,
     STEP,
@@ -24,16 +24,15 @@ from ._kernels import (
     octave_powers,
     octave_rise,
 )
-from ._level_kernels import PART, PER, put_known, put_levels
+from ._level_kernels import PART, PER, put_known
+from ._levels import Levels, Powers, levels_of
 from ._nearby_kernels import crests
 from ._rise_kernels import DEEPEST, LOCAL
 from ._rises import Rises, rises_at
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, frames_above
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
-from .powers.fades import edge_steps
 from .powers.gate import Gate
-from .powers.holes import falls_of
 from .powers.hum import filtered
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
@@ -180,23 +179,8 @@ class Survey:
         fine = self.spectrum.powers(x, left * hop, groups)
         size, known = len(self.bands.window), np.empty(groups, np.bool_)
         put_known(left * hop - size // 2, GROUP * hop, size, valid, known)
-        blocks = -(-groups // PER)
-        parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
-        counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
-        narrow = len(parts) + len(low)  # the first of the bands
-        long_parts = np.empty((narrow, low_parts.shape[1]))
-        means, sounding = np.empty((narrow + len(fine), blocks)), np.empty(blocks, np.bool_)
-        put_levels(
-            power, low_parts, fine, left, real, known, parts, counted, silent, long_parts, means,
-            sounding,
-        )  # fmt: skip
-        silent = silent[2 : groups + 2]
-        silent_parts = np.zeros(len(counted), np.bool_)
-        steps = np.empty(0), np.empty(0)
-        if silent.any():
-            silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
-            steps = edge_steps(parts, counted, PART * hop / self.rate)
-        falls = falls_of(means[narrow:], sounding)
+        powers = Powers(power, left, real, low_parts, fine, known)
+        levels, long_parts, silent = levels_of(powers, cores, PART * hop / self.rate)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward - self.spoilt
         first = window.first // hop
         return Slab(
@@ -213,16 +197,7 @@ class Survey:
             self.gate.fill_narrow(fine, left * hop),
             known,
             silent,
-            Levels(
-                parts,
-                counted,
-                means,
-                sounding,
-                silent_parts,
-                steps,
-                falls,
-                cores,
-            ),
+            levels,
         )
 
     def _settle(self) -> None:

@@ -34,8 +34,9 @@ def octave_evidence(
     crests: Crests, rattle: np.ndarray, silent: np.ndarray, spread: float, seconds: float
 ) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests, with the `rattling` of a passage."""
-    place, height, _, borne_out, likelihood, greatest, _, clear, order, first, last = crests
-    likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
+    place, borne_out, clear = crests.place, crests.borne_out, crests.clear
+    likely = crests.greatest & np.isfinite(crests.likelihood)
+    likelihood = np.where(likely, crests.likelihood, 0.0)
     audible = audible_rise(spread)
     evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
     far = evidence < FAINT
@@ -44,7 +45,8 @@ def octave_evidence(
     rattle = rattle[place[near] // BLOCK]
     without_crowd = np.minimum(FEW * audible, TAIL * crests.loudest[near] + STEADY * rattle)
     share = heard_share(silent, place[near], NEARBY, seconds)
-    reached = crowd(height, first[near], last[near], NEARBY, share, order)
+    first, last = crests.first[near], crests.last[near]
+    reached = crowd(crests.height, first, last, NEARBY, share, crests.order)
     crowded = ABOVE * (reached - IN_NOISE * spread)
     rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
     calm = np.minimum(

@@ -38,7 +38,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._kernels import BLOCK, GROUP
+from .._kernels import BLOCK, GROUP, STEP
 from .._nearby import (
     greatest_beside,
     greatest_within,
@@ -49,7 +49,6 @@ from .._nearby import (
     separate_crests,
 )
 from .._nearby_kernels import greatest_between
-from .._rise_kernels import STEP
 from .._survey import Passage
 from .candidates import HOPELESS, Candidates, with_others
 from .crests import Crests

@@ -26,8 +26,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._kernels import STEP
 from .._nearby import greatest_beside, nearest_group, places_about
-from .._rise_kernels import STEP
 from .._survey import Passage
 from ._rise_odds import HERE
 

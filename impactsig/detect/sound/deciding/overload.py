@@ -68,7 +68,7 @@ class Overload:
         self.frames = past, fresh, frames
         self.lead, self.rest = first * hop + size // 2, (frames - first) * hop + size // 2
         self.wide = frames - 1 + -(-size // hop)  # frames that begin in a stretch
-        self.stretches = np.empty((TOGETHER, self.wide * hop))  # stretches
+        self.stretches = np.empty((TOGETHER, self.wide * hop))  # those that wait
 
     def add(self, x: np.ndarray, attack: np.ndarray, asked: np.ndarray) -> None:
         """Add rises with these attacks, places in x; `asked` is which of them `may_be_edges`."""

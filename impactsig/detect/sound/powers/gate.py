@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core_kernels import GREATEST, LEAST, STEP
+from .._core_kernels import CONVERTER_STEP, GREATEST, LEAST
 from .._kernels import EDGE, GROUP, Scale
 from .._nearby import greatest_within
 from ._gate_kernels import (
@@ -56,7 +56,7 @@ class Gate:
         `power` is that of the octaves of x, and `rest` what is left below them, in frames; `cores`
         are those that x contains.
         """
-        step = cores[:, STEP].min()
+        step = cores[:, CONVERTER_STEP].min()
         if power[0].min() > 0.0 or not np.isfinite(step):
             return x
         least, greatest = cores[:, LEAST].min(), cores[:, GREATEST].max()

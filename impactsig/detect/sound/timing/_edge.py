@@ -16,10 +16,8 @@ import functools
 
 import numpy as np
 
-from ._edge_kernels import REAL, step_modes, whitening_taps
+from ._edge_kernels import PARTS, PER_SAMPLE, REAL, step_modes, whitening_taps
 
-PER_SAMPLE = 16  # values of a response for each sample, for integrals
-PARTS = 4  # shifts for each sample
 REACH, SLOPE_REACH = 24, 10  # samples to either side; of that of `resample_poly`
 _NO_FILTER = np.empty(0)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
@@ -112,5 +110,5 @@ def columns_of(
     count = len(exponents) + np.count_nonzero(exponents.imag > REAL) + 2
     out = np.empty((count, PARTS * (last - first) + 1))
     known = _NO_FILTER if response is None else response
-    step_modes(exponents, known, taps, first, last, PER_SAMPLE, PARTS, out)
+    step_modes(exponents, known, taps, first, last, out)
     return out

@@ -10,46 +10,48 @@ import numpy as np
 from ...signal.order_kernels import centre_of
 from .._lane_kernels import fused
 
+PER_SAMPLE = 16  # values of a response for each sample, for integrals
+PARTS = 4  # shifts for each sample
 REAL = 1e-9  # imaginary part of an exponent, at most, of a mode that does not oscillate
 SMOOTH = 1.0 / 9.0, 2.0 / 9.0, 3.0 / 9.0, 2.0 / 9.0, 1.0 / 9.0  # of a spectrum
 WEAKEST_NOISE = 0.1  # of its density, over the median above the edge, that is believed
 
 
 @fused
-def step_modes(exponents, response, taps, first, last, per_sample, parts, out):
-    """Columns of `_edge.columns_of`, one a row of `out`: `parts` values to a sample.
+def step_modes(exponents, response, taps, first, last, out):
+    """Columns of `_edge.columns_of`, one a row of `out`: PARTS values to a sample.
 
-    The response has `per_sample`; it is empty where there is no filter.
+    The response has PER_SAMPLE; it is empty where there is no filter.
     """
     none = len(response) == 0
-    reach = len(taps) // 2 if none else (len(response) // per_sample + len(taps)) // 2
+    reach = len(taps) // 2 if none else (len(response) // PER_SAMPLE + len(taps)) // 2
     begin, end = min(first, -reach), max(last, reach)
-    before, step = parts * (first - begin), 1 if none else per_sample // parts
+    before, step = PARTS * (first - begin), 1 if none else PER_SAMPLE // PARTS
     weights, scratch = np.ones(step + 1, np.complex128), np.empty(out.shape[1])
     if none:
-        both, at = np.zeros(parts * (end - begin) + 1), -parts * (reach + begin)
+        both, at = np.zeros(PARTS * (end - begin) + 1), -PARTS * (reach + begin)
         weights = weights[:1]
         for k in range(len(taps)):
-            both[at + parts * k] = taps[len(taps) - 1 - k]
+            both[at + PARTS * k] = taps[len(taps) - 1 - k]
     else:
-        both, at = np.zeros(per_sample * (end - begin + 1) + 1), per_sample * (1 - reach - begin)
+        both, at = np.zeros(PER_SAMPLE * (end - begin + 1) + 1), PER_SAMPLE * (1 - reach - begin)
         for n in range(len(taps)):
-            part = both[at + n * per_sample : at + n * per_sample + len(response)]
+            part = both[at + n * PER_SAMPLE : at + n * PER_SAMPLE + len(response)]
             for k in range(len(response)):
                 part[k] += taps[n] * response[k]
-    from_first = 0 if none else per_sample  # it begins a sample before `begin`
+    from_first = 0 if none else PER_SAMPLE  # it begins a sample before `begin`
     oscillating = len(exponents)
     for n in range(len(exponents)):
         for k in range(len(weights)):
             if not none:  # Simpson's rule
                 share = 1.0 if k == 0 or k == step else 4.0 if k % 2 else 2.0
-                turn = cmath.exp(exponents[n] * (k / per_sample))
-                weights[k] = share / (3 * per_sample) * turn
+                turn = cmath.exp(exponents[n] * (k / PER_SAMPLE))
+                weights[k] = share / (3 * PER_SAMPLE) * turn
         other = scratch
         if exponents[n].imag > REAL:
             other = out[oscillating]
             oscillating += 1
-        factor = cmath.exp(exponents[n] / parts)
+        factor = cmath.exp(exponents[n] / PARTS)
         ring(both, from_first, step, weights, factor, before, out[n], other)
     impulse, slope = out[oscillating], out[oscillating + 1]
     impulse[:] = 0.0
@@ -59,7 +61,7 @@ def step_modes(exponents, response, taps, first, last, per_sample, parts, out):
             at = from_first + step * (before + i)
             impulse[i] = both[at]
             if 0 < at < len(both) - 1:
-                slope[i] = 0.5 * per_sample * (both[at + 1] - both[at - 1])
+                slope[i] = 0.5 * PER_SAMPLE * (both[at + 1] - both[at - 1])
 
 
 @fused

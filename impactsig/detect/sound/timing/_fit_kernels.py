@@ -9,7 +9,7 @@ import numpy as np
 
 from .._lane_kernels import fused
 from ._mode_basis_kernels import LANES, project
-from ._shift_kernels import place, weigh
+from ._shift_kernels import Shifts, place, weigh
 
 
 class Fit(NamedTuple):
@@ -18,12 +18,10 @@ class Fit(NamedTuple):
     lead: int  # samples of a fit before its origin
     whole: np.ndarray  # bases at whole samples about 0, in single precision: twice as fast
     whole_grams: np.ndarray
-    fine: np.ndarray  # and at fine shifts, `step` apart
-    fine_grams: np.ndarray
-    step: float  # [samples]
+    fine: np.ndarray  # and at fine shifts
+    shifts: Shifts  # these
     floor: tuple[float, float]  # noise of a sample, and the part of s that the model's errors make
     misfit: float
-    freedom: float
     prior: tuple[float, float]
 
 
@@ -49,7 +47,7 @@ def fit_each(sounds, begins, guess, fit, out):
     out : (n, 3)
     """
     count, reach, size = len(guess), len(fit.whole) // 2, fit.whole.shape[2]
-    near = int(fit.step * (len(fit.fine) // 2))
+    near = int(fit.shifts.step * (len(fit.fine) // 2))
     which, begin = np.empty(count, np.int64), np.empty(count, np.int64)
     known = 0
     for i in range(count):
@@ -84,19 +82,10 @@ def fit_each(sounds, begins, guess, fit, out):
                 beyond[there] = beyond[i]
                 there += 1
         project(sounds, held[:there], start[:there], fit.fine, energy, between)
-        weigh(
-            between[:there],
-            energy[:there],
-            fit.fine_grams,
-            fit.step,
-            fit.floor,
-            fit.freedom,
-            fit.prior,
-            fitted,
-        )
+        weigh(between[:there], energy[:there], fit.shifts, fit.floor, fit.prior, fitted)
         for i in range(there):
             own, one = fit.floor[0] / energy[i], held[i]
             wider = max((own + fit.misfit) / (own + fit.floor[1]), 1.0)
             out[one, 0] = begins[one] + start[i] + fit.lead + fitted[i, 0]
             out[one, 1] = math.sqrt(fitted[i, 1] * fitted[i, 1] * wider + beyond[i])
-            out[one, 2] = fitted[i, 2] - fit.freedom * own
+            out[one, 2] = fitted[i, 2] - fit.shifts.freedom * own

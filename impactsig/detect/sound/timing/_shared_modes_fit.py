@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._nearby import middle
-from ._edge import PARTS, columns_of
+from ._edge import columns_of
+from ._edge_kernels import PARTS
 from ._fit_kernels import Fit, begin_each, fit_each
 from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
-from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
+from ._shift_kernels import NOTHING, Search, Shifts, leave, most_probable, place, weigh
 
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
@@ -118,13 +119,16 @@ class Model:
             self.lead,
             self._coarse,
             self.whole[1],
-            *self.fine,
-            1.0 / PARTS,
+            self.fine[0],
+            self._shifts(self.fine[1]),
             (self.noise, self.error),
             self.misfit,
-            self.freedom,
             self.prior,
         )
+
+    def _shifts(self, grams: np.ndarray) -> Shifts:
+        """Fine shifts with these Gram elements."""
+        return Shifts(grams, 1.0 / PARTS, self.freedom)
 
     @functools.cached_property
     def _coarse(self) -> np.ndarray:
@@ -197,18 +201,9 @@ class Model:
         energy, fine = self._near(held)
         if len(energy) < LEAST:
             return
+        search = Search(priors, begin, FIRST_ERROR, least, beaten - BY_PRIOR)
         self.evidence, impulse, self.error = most_probable(
-            fine,
-            energy,
-            held.grams,
-            1.0 / PARTS,
-            self.noise,
-            self.freedom,
-            priors,
-            begin,
-            FIRST_ERROR,
-            least,
-            beaten - BY_PRIOR,
+            fine, energy, self._shifts(held.grams), self.noise, search
         )
         self.prior = impulse, impulse * SLOPE_PRIOR
 
@@ -225,7 +220,7 @@ class Model:
         there, origin = held.there[some], held.begins[some]
         energy, fine = energy[some].copy(), fine[some].copy()  # one layout for the kernel
         out, floor = np.empty((len(there), 3)), (self.noise, self.error)
-        weigh(fine, energy, held.grams, 1.0 / PARTS, floor, self.freedom, self.prior, out)
+        weigh(fine, energy, self._shifts(held.grams), floor, self.prior, out)
         own = self.noise / energy
         alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
         if len(alike) < LEAST:

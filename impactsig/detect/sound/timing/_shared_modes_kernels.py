@@ -7,12 +7,11 @@ import math
 import numpy as np
 
 from .._attack_kernels import innovations
-from .._lane_kernels import fused, greatest_of, sum_of_squares
+from .._lane_kernels import FAINTEST, fused, greatest_of, sum_of_squares
 from ._filter_kernels import filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 4  # places between two samples that a crossing is looked for at
-FAINTEST = 1e-300  # energy whose reciprocal is finite
 
 
 @fused

@@ -14,6 +14,7 @@ For an unbounded prior of a, the logarithm of the probability of d is, up to a c
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,24 @@ BETWEEN = 8  # places between two shifts at which the probability is interpolate
 FALL = 20.0  # by which its logarithm may lie below the greatest to count
 NOTHING = 1e-30  # energy over the noise of a sample for which probabilities are not finite
 _NONE = np.uint64(0)
+
+
+class Shifts(NamedTuple):
+    """Shifts of a model about 0."""
+
+    grams: np.ndarray  # (3, shifts), as `log_probabilities` takes them
+    step: float  # from one to the next [samples]
+    freedom: float  # degrees of it in noise that Q leaves
+
+
+class Search(NamedTuple):
+    """What `most_probable` tries."""
+
+    priors: np.ndarray  # (n, 2), variances V, their greatest first
+    begin: int  # the first of these
+    error: float  # of the model, at first
+    least: float  # error
+    enough: float  # evidence, without which no other prior is tried
 
 
 @fused
@@ -96,94 +115,86 @@ def leave(projections, energy, grams, floor, freedom, prior, left):
 
 
 @fused
-def weigh(projections, energy, grams, step, floor, freedom, prior, out):
+def weigh(projections, energy, shifts, floor, prior, out):
     """Posterior mean and deviation of the shift, and residual share, of each sound.
 
-    Shifts lie `step` apart about 0. The rest is as in `_posterior`.
+    Arguments are those of `_posterior`.
     """
-    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
-    scratch = np.empty(BETWEEN * len(value))
+    scratch = _scratch(shifts)
     for i in range(len(energy)):
         out[i, 0], out[i, 1], out[i, 2], _ = _posterior(
-            projections[i], grams, energy[i], step, floor, freedom, prior, value, explained, scratch
+            projections[i], energy[i], shifts, floor, prior, scratch
         )
 
 
 @fused
-def most_probable(
-    projections, energy, grams, step, noise, freedom, priors, begin, first_error, least, enough
-):
-    """Mean evidence of sounds, variance of the impulse and error that make it greatest.
-
-    Variances are tried in sequence from the one at `begin` on, up to the first that is no better,
-    or not `enough`, and backwards only if the next one is no better: there is one maximum. The
-    error is what is left in the median beyond noise, at least the `least`.
-    """
-    most, best, error_there = -np.inf, begin, first_error
-    for way in (1, -1):
-        n = begin if way == 1 else begin - 1
-        while 0 <= n < len(priors):
-            prior = priors[n, 0], priors[n, 1]
-            evidence, error = _evidence(
-                projections, energy, grams, step, noise, freedom, prior, first_error, least
-            )
-            if not evidence > most:
-                break
-            most, best, error_there = evidence, n, error
-            if evidence < enough:
-                return most, priors[best, 0], error_there
-            n += way
-        if best != begin:
-            break
-    return most, priors[best, 0], error_there
+def _scratch(shifts):
+    """What `_posterior` needs: a value and a fraction of each shift, and values between them."""
+    count = shifts.grams.shape[1]
+    return np.empty(count), np.empty(count), np.empty(BETWEEN * count)
 
 
 @fused
-def _evidence(projections, energy, grams, step, noise, freedom, prior, first_error, least):
+def most_probable(projections, energy, shifts, noise, search):
+    """Mean evidence of sounds, variance of the impulse and error that make it greatest.
+
+    Variances are tried in sequence from the first of the `search` on, up to one that is no better,
+    or not enough, and backwards only if the next one is no better: there is one maximum. The
+    error is what is left in the median beyond noise, at least the least.
+    """
+    most, best, error_there = -np.inf, search.begin, search.error
+    for way in (1, -1):
+        n = search.begin if way == 1 else search.begin - 1
+        while 0 <= n < len(search.priors):
+            prior = search.priors[n, 0], search.priors[n, 1]
+            evidence, error = _evidence(projections, energy, shifts, noise, prior, search)
+            if not evidence > most:
+                break
+            most, best, error_there = evidence, n, error
+            if evidence < search.enough:
+                return most, search.priors[best, 0], error_there
+            n += way
+        if best != search.begin:
+            break
+    return most, search.priors[best, 0], error_there
+
+
+@fused
+def _evidence(projections, energy, shifts, noise, prior, search):
     """Mean evidence of sounds with this prior, and the error that they leave in the median."""
-    value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
-    scratch, beyond = np.empty(BETWEEN * len(value)), np.empty(len(energy))
-    error, evidence = first_error, 0.0
+    scratch, beyond = _scratch(shifts), np.empty(len(energy))
+    value, explained, _ = scratch
+    error, evidence = search.error, 0.0
     for _ in range(2):
         for i in range(len(energy)):
             own = noise / energy[i]
-            log_probabilities(projections[i], grams, own + error, prior, value, explained)
+            log_probabilities(projections[i], shifts.grams, own + error, prior, value, explained)
             left = max(1.0 - explained[value.argmax()], 0.0)
-            beyond[i] = left / freedom - own
-        error = max(centre_of(beyond, len(beyond)), least)
+            beyond[i] = left / shifts.freedom - own
+        error = max(centre_of(beyond, len(beyond)), search.least)
     for i in range(len(energy)):
-        evidence += _posterior(
-            projections[i],
-            grams,
-            energy[i],
-            step,
-            (noise, error),
-            freedom,
-            prior,
-            value,
-            explained,
-            scratch,
-        )[3]
+        evidence += _posterior(projections[i], energy[i], shifts, (noise, error), prior, scratch)[3]
     return evidence / len(energy), error
 
 
 @fused
-def _posterior(projection, grams, energy, step, floor, freedom, prior, value, explained, scratch):
+def _posterior(projection, energy, shifts, floor, prior, scratch):
     """Posterior mean and deviation of the shift of a sound, residual share, log evidence.
 
     `floor`: the noise of a sample, and the part of s that the model's errors make; s is at least
-    what is left to each of the degrees of freedom. What follows `prior` is scratch.
+    what is left to each of the degrees of freedom.
     """
-    error = floor[0] / energy + floor[1]
-    log_probabilities(projection, grams, error, prior, value, explained)
+    value, explained, between = scratch
+    freedom, error = shifts.freedom, floor[0] / energy + floor[1]
+    log_probabilities(projection, shifts.grams, error, prior, value, explained)
     best = value.argmax()
     left = max(1.0 - explained[best], 0.0)
     if left > error * freedom:
         error = left / freedom
-        log_probabilities(projection, grams, error, prior, value, explained)
+        log_probabilities(projection, shifts.grams, error, prior, value, explained)
         best = value.argmax()
         left = max(1.0 - explained[best], 0.0)
-    mean, deviation, evidence = _moments(value, value[best], step, scratch)
+    mean, deviation, evidence = _moments(value, value[best], shifts.step, between)
     return mean, deviation, left, evidence - 0.5 / error - 0.5 * freedom * math.log(error)
 
 
