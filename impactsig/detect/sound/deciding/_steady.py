@@ -5,13 +5,13 @@ band by much, but in steady noise the mean rise B over all bands (`sound.py`) is
 crest in an hour is 6.6 to 7.9 times its median, whatever the spectrum of the noise and the rate. A
 crest of B that none within 25 ms exceeds, where nothing else is likely, has the log-odds
 
-    x = 2 + 0.5 ln(60 n) - 2.2 ln(max(B_max, 0.1) / B) - 20 max(B' - 0.04, 0)
+    x = 2 + 0.5 ln(60 n) - 1.8 ln(max(B_max, 0.1) / B) - 20 max(B' - 0.04, 0)
         - 0.7 max(k - 20, 0) - 30 max(W - W_0, 0) - 5 max(ln(0.015 / M), 0),
 
 but at most 12 ln(B / 8.5 max(M, 0.015)) + 1.5 ln(60 n), which noise keeps below 0 for hours, and
 1.6 x if that is negative. B_max is the greatest B within 2 s, and M its median, k the number of
 other crests at least half as high and W a width within a second. n is the number per second of
-other crests with B above 7 M and B' below 0.35 B, plus 1/60.
+other crests with B above 7 M and B' below 0.35 B, plus 1/60, at most 3.
 
 Noise that swells rises for longer: B' is the greater of B 20 ms before and after the crest, and W
 the median, over crests from 5 M to 0.33, of the mean of B 7 ms before and after each, relative to
@@ -37,8 +37,8 @@ from .crests import LATER, NEARBY, SOONER
 LEAST = 0.06  # B, below which all odds are hopeless
 LEAST_MEDIAN, LEAST_LOUD = 0.015, 0.1  # B that most of a second, and the greatest, are at least
 NOISE, NOISE_SLOPE, NOISE_OFTEN = 8.5, 12.0, 1.5  # B that noise rarely reaches, over its median
-OFTEN, LOUD, OFFSET = 0.5, 2.2, 2.0  # of ln(60 n) and of ln(B_max / B) in the log-odds
-LOUD_WITHIN = 2.0  # [s]
+OFTEN, LOUD, OFFSET = 0.5, 1.8, 2.0  # of ln(60 n) and of ln(B_max / B) in the log-odds
+LOUD_WITHIN, MOST_OFTEN = 2.0, 3.0  # [s], and n that counts
 BESIDE, STEADY, SWELLS = 20e-3, 0.04, 20.0  # [s], B of noise there, and odds for more
 AS_HIGH, MANY, EACH = 0.5, 20, 0.7  # share of the height, number of crests, and odds for more
 CLEAR, FAINT = 5.0, 0.33  # B over its median, and B, between which the width of a crest counts
@@ -88,7 +88,7 @@ def steady_odds(crest: np.ndarray, b: np.ndarray, per: float) -> np.ndarray:
     median = ranked(b, first, last, (last - first) // 2)
     usual = np.maximum(median, LEAST_MEDIAN)
     evident = (height > EVIDENT * usual) & (around < ALONE * height)
-    often = np.log(60.0 * rate_of_others(evident, count * per))
+    often = np.log(60.0 * np.minimum(rate_of_others(evident, count * per), MOST_OFTEN))
     loud = np.maximum(greatest_within(b, round(LOUD_WITHIN / per))[crest], LEAST_LOUD)
     high = number_as_high(crest, height, np.arange(len(crest)), float(reach), AS_HIGH)
     odds = OFFSET + OFTEN * often - LOUD * np.log(loud / height)
