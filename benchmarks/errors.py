@@ -9,10 +9,10 @@ and length are not given.
 
 Impacts of one second are measured by one shape, so errors of contact times, and much of those of
 instants and peaks at high levels, are common to them: z-scores of few records lie outside 0.8-1.25
-by chance. The last lines therefore give, beside the share of strata within that range, how many are
-surely above or below it, and which: those whose interval of 95 % over records (see `spread.py`)
-lies outside: for the root mean square of z, and for its standard deviation about the mean of the
-stratum (what a shape is off by in every record is in the first only).
+by chance. The last lines therefore give, beside the share of strata within that range, how many
+contradict it, and which: those whose interval of 95 % over records (see `spread.py`) lies above or
+below: for the root mean square of z, and for its standard deviation about the mean of the stratum
+(what a shape is off by in every record is in the first only).
 
     python -m benchmarks.errors                     # the shapes of recordings.PULSES, seeds 11:23
     python -m benchmarks.errors --seeds 5:17 --shapes others --contact 0.3
@@ -34,7 +34,7 @@ from .laws import LAWS
 from .recordings import PULSES, Truth, add_pulses, score
 from .saving import save
 from .seeds import add_seeds
-from .spread import spread_over_records
+from .spread import WANTED, contradicted, spread_over_records, within
 from .strangers import STRANGERS
 
 RATES = (20_000.0, 50_000.0, 200_000.0)
@@ -48,8 +48,6 @@ OTHERS = {
 GROUPS = {"recordings": PULSES, "others": OTHERS, "laws": LAWS, "strangers": STRANGERS}
 SHAPES = PULSES | OTHERS | LAWS | STRANGERS
 MEASURED = ("time", "contact_time", "peak", "impulse")
-LEAST, MOST = 0.8, 1.25
-"""What a z-score should have for its standard deviation."""
 SPREADS = {"rms": False, "about mean": True}
 """Standard deviations of z: about 0 and about the mean of a stratum."""
 
@@ -157,29 +155,25 @@ def stratum(rows: list[dict]) -> dict:
 
 
 def say_what_is_outside(lines: list[dict]) -> None:
-    """Print how many strata are outside LEAST to MOST, and which are beyond chance."""
+    """Print how many strata are outside WANTED, and which contradict it."""
     for of in SPREADS:
         spread = np.array([[line[name][of] for name in MEASURED] for line in lines])
-        print(f"z of {LEAST}-{MOST} ({of}): {np.mean(_within(spread)):.1%}", end="; ")
-        print(f"above: {np.mean(spread > MOST):.1%}", end="; ")
+        print(f"z of {WANTED[0]}-{WANTED[1]} ({of}): {np.mean(within(spread)):.1%}", end="; ")
+        print(f"above: {np.mean(spread > WANTED[1]):.1%}", end="; contradicted: ")
         outside: dict[str, list[str]] = {"above": [], "below": []}
         for line in lines:
             for name in MEASURED:
                 low, high = line[name]["of 95 %"][of]
+                side = contradicted(low, high)
+                if not side:
+                    continue
                 words = f"{line['pulse']} {line['rate'] / 1e3:g} {line['level']:g} {name}"
                 words += f" {line[name][of]:.2f} ({low:.2f}-{high:.2f})"
-                if low > MOST:
-                    outside["above"].append(words)
-                elif high < LEAST:
-                    outside["below"].append(words)
-        print(", ".join(f"{len(some)} surely {side}" for side, some in outside.items()))
+                outside[side].append(words)
+        print(", ".join(f"{len(some)} {side}" for side, some in outside.items()))
         for side, some in outside.items():
             for words in some:
                 print(f"  {side}: {words}")
-
-
-def _within(spread):
-    return (spread >= LEAST) & (spread <= MOST)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ and 44 kHz. Levels are those of the median peak over the standard deviation of t
 white. For each: how many are found within 3 ms, the standard deviation of their errors, the median
 of what is stated, the standard deviation of the z-scores (error over standard error), and the share
 beyond 3. The median error of a record, its delay, is taken off. Then the interval of the z-scores'
-standard deviation, over records (`spread.py`): a stratum contradicts WANTED if all of it lies
+standard deviation, over records (`spread.py`): a stratum contradicts .8 to 1.25 if all of it lies
 outside. The last line says how many do. Writes results/sound_errors.json.
 
     python -m benchmarks.sound_errors                       # about ten minutes
@@ -27,13 +27,12 @@ from .recordings import Truth, coloured
 from .saving import save
 from .seeds import add_seeds
 from .sound_timing import DECIMATORS, MODES, TIMES
-from .spread import spread_over_records
+from .spread import WANTED, contradicted, spread_over_records, within
 
 KINDS = ("own", "shared", "alike")
 RATES = (8000, 11_025, 22_050, 44_100)
 LEVELS = (6.0, 10.0, 20.0, 30.0, 40.0)
 TOLERANCE = 3e-3
-WANTED = 0.8, 1.25
 DURATION = 0.06
 """Of a sound that is synthesised [s]."""
 
@@ -128,17 +127,16 @@ def main() -> None:
             [off / error for off, error in map(np.transpose, parts)]
         )
         lines[-1] |= {"z at least": least, "z at most": most}
-        verdict = "" if WANTED[0] <= lines[-1]["z"] <= WANTED[1] else "missed"
-        if least > WANTED[1] or most < WANTED[0]:
+        verdict = "" if within(lines[-1]["z"]) else "missed"
+        if contradicted(least, most):
             verdict = "contradicted"
         cells = (f"{one:.3g}" if isinstance(one, float) else str(one) for one in lines[-1].values())
         print("  ".join(f"{cell:>7}" for cell in cells), verdict, flush=True)
     z = np.array([line["z"] for line in lines])
-    above = sum(line["z at least"] > WANTED[1] for line in lines)
-    below = sum(line["z at most"] < WANTED[0] for line in lines)
+    sides = [contradicted(line["z at least"], line["z at most"]) for line in lines]
     print(
-        f"z of {WANTED[0]}-{WANTED[1]}: {np.mean((z >= WANTED[0]) & (z <= WANTED[1])):.1%} of"
-        f" {len(lines)} strata; contradicted: {above} above, {below} below"
+        f"z of {WANTED[0]}-{WANTED[1]}: {np.mean(within(z)):.1%} of {len(lines)} strata;"
+        f" contradicted: {sides.count('above')} above, {sides.count('below')} below"
     )
     save("sound_errors", lines)
 

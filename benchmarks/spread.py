@@ -13,6 +13,8 @@ import numpy as np
 from scipy import stats
 
 CONFIDENCE = 0.95
+WANTED = 0.8, 1.25
+"""What the standard deviation of z-scores should lie in, for errors as large as stated."""
 
 
 def spread_over_records(
@@ -44,6 +46,16 @@ def spread_over_records(
     error = np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2))
     factor = float(np.exp(0.5 * stats.t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1) * error))
     return spread, spread / factor, spread * factor
+
+
+def within(spread: float | np.ndarray) -> bool | np.ndarray:
+    """Whether standard deviations of z-scores are as WANTED."""
+    return (spread >= WANTED[0]) & (spread <= WANTED[1])
+
+
+def contradicted(least: float, most: float) -> str:
+    """The side of WANTED, "above" or "below", where all of an interval lies; "" if not all does."""
+    return "above" if least > WANTED[1] else "below" if most < WANTED[0] else ""
 
 
 def _variance(sums: np.ndarray, about_mean: bool) -> np.ndarray:

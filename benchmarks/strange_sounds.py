@@ -23,8 +23,9 @@ from scipy import signal
 from .recordings import Truth, coloured
 from .saving import save
 from .seeds import add_seeds
-from .sound_errors import WANTED, errors, stratum
+from .sound_errors import errors, stratum
 from .sound_timing import DECIMATORS
+from .spread import within
 
 BEGINNINGS = ("at once", "contact", "long contact", "soft", "very soft", "two steps", "burst")
 KINDS = ("own", "shared", "alike", "nearly shared", "nearly alike")
@@ -171,7 +172,7 @@ def main() -> None:
             if sum(map(len, some)) >= 30:
                 lines.append({factor: choice} | stratum(some))
     for line in lines:
-        held = WANTED[0] <= line["z"] <= WANTED[1]
+        held = within(line["z"])
         cells = (f"{one:.3g}" if isinstance(one, float) else str(one) for one in line.values())
         print("  ".join(f"{cell:>13}" for cell in cells), "" if held else " (missed)")
     save("strange_sounds", lines)

@@ -3,7 +3,7 @@ from . import plot as plot
 from . import results as results
 from .alignment import align_impacts as align_impacts
 from .calibration import fit_calibration as fit_calibration
-from .combining import combine_impacts as combine_impacts
+from .combining.combination import combine_impacts as combine_impacts
 from .comparison import compare as compare
 from .control.controlling import Controlled as Controlled
 from .control.feedback import DelayedFeedback as DelayedFeedback

@@ -53,7 +53,7 @@ class Calibration(Shown):
         return recording.calibrate(self.scale, self.offset, self.unit or None)
 
     def error(self, reading: Any) -> np.ndarray:
-        """Standard error of the load at a reading, from the errors of scale and offset."""
+        """Standard error of the load by those of scale and offset, shape of `reading`."""
         at = np.stack([np.asarray(reading, float), np.ones(np.shape(reading))])
         return np.sqrt(np.einsum("i...,ij,j...->...", at, self.covariance, at))
 

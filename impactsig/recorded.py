@@ -129,7 +129,10 @@ class RecordedMotion(Shown):
     source: str = ""
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Interpolate displacement and velocity by cubics that match both at the samples."""
+        """Displacement and velocity at times [s], shape of `time`.
+
+        They are interpolated by cubics that match both at the samples.
+        """
         place = (np.asarray(time, float) - self.time[0]) * self.rate
         i = np.clip(place.astype(int), 0, len(self.x) - 2)
         s = place - i
@@ -141,6 +144,8 @@ class RecordedMotion(Shown):
 
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity once every forcing period, at a phase of the forcing [rad].
+
+        Both have the shape (k,), for k periods.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 # The list of the classes of results: type checkers read it, and `_public` loads by it.
 from .alignment import Alignment as Alignment
 from .calibration import Calibration as Calibration
-from .combining import Combination as Combination
+from .combining.combination import Combination as Combination
 from .comparison import Comparison as Comparison
 from .control.controlled import ControlledMotion as ControlledMotion
 from .control.running.flow import ControlledFlowMotion as ControlledFlowMotion

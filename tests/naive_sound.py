@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 SMOOTH = np.array([-1, 2, 6, 2, -1]) / 8  # LeGall 5/3, the filters that its lifting steps amount to
@@ -82,16 +84,18 @@ def beyond_tails(place, loud, frame):
     """By how much each crest is louder than the tails of those before it."""
     strong = [j for j in place if loud[j] > 0.7]
     rates = []
-    for j, following in zip(strong, [*strong[1:], -(-len(loud) // 16) * 16], strict=True):
+    for j, following in itertools.pairwise([*strong, -(-len(loud) // 16) * 16]):
         end = min(j + 0.06 / frame, following - 0.006 / frame) // 16 * 16
         after = [i for i in range(0, len(loud), 16) if j + 0.007 / frame <= i < end]
         if after:
             heard = [i for i in after if loud[i] > 0.1]
             left = np.mean(loud[heard]) if heard else 0.0
             rates.append((loud[j] - left) / frame / (np.mean(heard or after[:1]) - j))
+    if len(rates) < 3:
+        return dict.fromkeys(place, np.inf)
     rate = np.median(rates)
-    tails = [[loud[i] - rate * frame * (j - i) for i in place if i < j] for j in place]
-    return {j: loud[j] - max(tail, default=-np.inf) for j, tail in zip(place, tails, strict=True)}
+    tails = [loud[place[:k]] - rate * frame * (j - place[:k]) for k, j in enumerate(place)]
+    return {j: loud[j] - tail.max(initial=-np.inf) for j, tail in zip(place, tails, strict=True)}
 
 
 def band_powers(x, rate, hop, bands):
@@ -220,7 +224,7 @@ def by_rises(judged, c, h, b, known, spread, frame):
     turned = {}
     for j, x in odds.items():
         turned[j] = x
-        if x <= -2 or not known[group[j]]:
+        if x <= -2 or not known[group[j]] or c[j] > max(1.65, 10 * spread):
             continue
         often = 1 / 60 + len(evident - {j}) / duration
         rise = b[max(group[j] - 2, 0) : group[j] + 3].max()
@@ -264,13 +268,44 @@ def crests(values, spacing):
     return np.array(found)
 
 
-def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
+def as_high(c, place, j, reach, share):
+    """How many other crests of C about frame j are higher than a share of it."""
+    near = place[(np.abs(place - j) <= int(reach)) & (place != j)]
+    return np.count_nonzero(c[near] > share * c[j])
+
+
+def dense_odds(c, place, j, above, a, frame):
+    """Log-odds of a crest among 30 others a second about as high, and few in between."""
+    loudest = c[place[(place >= j - 1 / frame) & (place < j + 1 / frame)]].max()
+    high, lower = (as_high(c, place, j, 1 / frame, share) for share in (0.4, 0.13))
+    if high < 60 or c[j] < 0.3 * loudest:
+        return -np.inf
+    by_heights = 3 - 15 * (lower - high) / high
+    return min(by_heights, 6.5 * np.log(max(above, c[j] / 1.5) / (2 * a)))
+
+
+def pulse_odds(x, c, b, place, j, frame):
+    """Log-odds x of a crest that may be a pulse of a voice: a crowd that does not last."""
+    number = as_high(c, place, j, 0.05 / frame, 0.4)
+    pace = []
+    for reach in (0.05 / frame, 1 / frame):
+        time = min(j + reach, 16 * len(b)) - max(j - reach, 0)
+        pace.append((as_high(c, place, j, reach, 0.4) + 1) / time)
+    if number < 5 or pace[1] >= 0.7 * pace[0]:
+        return x
+    i = min(round(j / 16), len(b) - 1)
+    bands = min(max(b[max(i - 2, 0) : i + 3].max(), 0.01), 0.33)
+    return min(x, 0.3 * x - 0.76 * number + 6.1 + 1.69 * np.log(bands))
+
+
+def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop, growth=None):
     """Of crests of C (and of B where there is none of C), by frame."""
+    growth = np.zeros(len(b)) if growth is None else growth
     frame = hop / rate
     place = crests(c, spacing)
     place = place[c[place] >= 0.5 * spread]
     beyond = beyond_tails(place, loud, frame)
-    octaves, bands, others = {}, {}, {}
+    octaves, bands, others, dense, risen = {}, {}, {}, {}, {}
     for j in place:
         i = min(round(j / 16), len(b) - 1)
         around = b[max(i - round(0.15 / frame / 16), 0) : i + round(0.05 / frame / 16) + 1].mean()
@@ -283,10 +318,11 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
         least = min(4 * a, 0.3 * around[-1] + 0.1 * rattle)
         rattle = min(rattle, max(least, 50 * (crowd - 0.75 * spread)))
         beside = place[(place >= j - 0.028 / frame) & (place < j + 0.028 / frame)]
-        certain = likelihood[near].max() / 36 if c[j] == c[beside].max() else 0.0
+        certain = likelihood[near].max() / 36 if known[i] and c[j] == c[beside].max() else 0.0
         above = min(c[j], max(beyond[j], 0))
         octaves[int(j)] = min(above / (a + rattle) + certain, above / (0.25 * a + rattle), bound)
         bands[int(j)] = c[j] / max(1.65, 10 * spread)
+        dense[int(j)] = dense_odds(c, place, j, above, a, frame)
         shortly = np.sort(c[place[(place >= j - 0.25 / frame) & (place < j + 0.25 / frame)]])
         briefly = shortly[-20] if len(shortly) >= 20 else 0.0
         strong = np.sum(around > 2 * a) - (c[j] > 2 * a)
@@ -296,7 +332,7 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
         beside = c[place[(place >= j - 0.04 / frame) & (place < j + 0.04 / frame)]].max()
         clear = likelihood[near].max() if known[i] else np.inf
         others[int(j)] = (
-            0.6 * np.log(max(36 * certain, 1)) * known[i]
+            0.6 * np.log(max(36 * certain, 1))
             + 1.9 * np.log(strong / 2 + 0.5)
             - 1.1 * np.log(max(max(rises), 0.01))
             - 1.3 * np.log(max(crowd / a, 0.05) * max(briefly / a, 0.05))
@@ -312,16 +348,24 @@ def probability(c, loud, b, likelihood, known, spacing, spread, rate, hop):
         beside = [j for j in place if -0.012 / frame <= j - 16 * i < 0.02 / frame]
         best = int(max(beside, key=lambda j: c[j]) if beside else 16 * i)
         bands[best] = max(bands.get(best, 0.0), b[i] / 0.33)
+        risen[best] = max(risen.get(best, 0.0), b[i] / 0.33)
     evident = {j for j, e in octaves.items() if 1 <= e < 2}
     found = {}
     for j, by_bands in bands.items():
         often = 1 / 60 + len(evident - {j}) / (len(b) * 16 * frame + 10)
         by_octaves = max(octaves.get(j, 0.0), 1e-9)
         odds = [6.5 * np.log(by_octaves) + 1.5 * np.log(often) + 3]
-        odds.append((7 if by_bands < 1 else 3) * np.log(max(by_bands, 1e-9)))
+        i = min(round(j / 16), len(b) - 1)
+        strongest = max(range(max(i - 2, 0), min(i + 3, len(b))), key=lambda k: b[k])
+        grows = growth[strongest] > 0.6 and not (j in others and c[j] >= 2 * a)
+        steep = 0.0 if grows else by_bands
+        odds.append((7 if steep < 1 else 3) * np.log(max(steep, 1e-9)))
         if j in others:
             odds.append(min(3.6 * np.log(by_bands) + others[j][0], others[j][1]))
-        found[j] = 1 / (1 + np.exp(-max(odds)))
+        x = max(*odds, dense.get(j, -np.inf))
+        if j in others and risen.get(j, 0) < 1 and x > -4:
+            x = pulse_odds(x, c, b, place, j, frame)
+        found[j] = 1 / (1 + np.exp(-x))
     return found
 
 

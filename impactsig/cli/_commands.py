@@ -13,7 +13,6 @@ from ..errors import (
     ImpactsigError,
     ImpactsigWarning,
     InvalidInput,
-    UnreadableFile,
     UnwritableFile,
 )
 from ._completion import completion_script
@@ -24,6 +23,7 @@ from ._files import (
     check_ending,
     detected,
     impacts_of,
+    sample,
     write_figure,
     write_table,
 )
@@ -246,16 +246,6 @@ def demo(chosen: argparse.Namespace) -> None:
     )
     print(analysis.summary())
     print(f"report: {one_line(path.resolve())}")
-
-
-def sample(name: str) -> Path:
-    """Path of a sample recording: inside an installed package, or beside it in a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    places = (package / "_samples" / name, package.parent / "data_samples" / name)
-    for path in places:
-        if path.is_file():
-            return path
-    raise UnreadableFile(places[0], "the sample recording is missing", "Install impactsig again")
 
 
 def warmup(chosen: argparse.Namespace) -> None:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from .._files.standard_input import FOLDER, NAME, WORDS, is_standard_input
-from ..errors import InvalidInput
+from ..errors import InvalidInput, UnreadableFile
 from ._options import one_line, reading_and_detecting
 
 if TYPE_CHECKING:
@@ -131,3 +131,13 @@ def check_ending(output: Path | None, endings: Iterable[str], option: str = "out
     """Refuse an unknown ending of the output file before any work is done."""
     if output is not None and output.suffix.lower() not in endings:
         raise InvalidInput(option, output, f"a name ending in {' or '.join(endings)}")
+
+
+def sample(name: str) -> Path:
+    """Path of a sample recording: inside an installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    places = (package / "_samples" / name, package.parent / "data_samples" / name)
+    for path in places:
+        if path.is_file():
+            return path
+    raise UnreadableFile(places[0], "the sample recording is missing", "Install impactsig again")

@@ -43,7 +43,7 @@ def _do(name: str) -> None:
 
 def _force(folder: Path) -> None:
     from ..report import analyse_to_page
-    from ._commands import sample
+    from ._files import sample
 
     record = sample("loadcell_chaotic_20.1Hz.wav")
     analyse_to_page(record, folder / "page.html", unit="V", forcing_period=1 / 20.1)
@@ -68,7 +68,7 @@ def _uncommon_force(_: Path) -> None:
 
 def _sound(folder: Path) -> None:
     from ..report import analyse_to_page
-    from ._commands import sample
+    from ._files import sample
 
     analyse_to_page(sample("sound_chaotic_20.1Hz.flac"), folder / "page.html")
 

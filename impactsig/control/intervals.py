@@ -191,7 +191,7 @@ class IntervalFeedback:
         return by if abs(by) <= self.limit else 0.0
 
     def maps(self, orbit: PeriodicOrbit | FlowOrbit) -> tuple[list[SpikeMap], np.ndarray]:
-        """Linearised map of each spike of an orbit, and the interval that it ends with."""
+        """Linearised map of each spike of an orbit, and the intervals they end with, shape (m,)."""
         if isinstance(orbit, FlowOrbit):
             return crossing_maps_of(orbit, self.parameter, self.signal, self.level)
         return impact_maps_of(orbit, self.parameter)
@@ -220,7 +220,7 @@ class IntervalFeedback:
             )  # fmt: skip
 
     def lap(self, maps: list[SpikeMap]) -> np.ndarray:
-        """Map of (state, earlier intervals, last change) over a period of the orbit."""
+        """Map of (state, earlier intervals, last change) over a period, shape (n, n)."""
         whole_lap = self._spike(maps[0])
         for one in maps[1:]:
             whole_lap = self._spike(one) @ whole_lap

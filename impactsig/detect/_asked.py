@@ -49,9 +49,9 @@ def parse_probability(least: float) -> float:
     Raises
     ------
     InvalidInput
-        If it is not between 0 and 1.
+        If it is not between 0 and 1, or one of them.
     """
-    required = "a number between 0 and 1"
+    required = "a number above 0 and below 1"
     if not 0.0 < number("least_probability", least, required) < 1.0:
         raise InvalidInput("least_probability", least, required)
     return float(least)
@@ -102,5 +102,5 @@ def refuse_other_than_default(kind: str, *asked: tuple[str, Any, Any]) -> None:
         if value != default:
             other = "force" if kind == "sound" else "sound"
             raise InvalidInput(
-                name, value, f"its default for {kind}", f"It is of {other} records only"
+                name, value, f"its default for {kind}", f"It applies to {other} records only"
             )

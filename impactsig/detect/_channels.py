@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..combining import combine_impacts, stops_of_sensors
+from ..combining.combination import combine_impacts, stops_of_sensors
 from ..errors import InvalidInput
 from ..impacts import Impacts
 

@@ -25,8 +25,9 @@ from .pulses.shape.shared_shape import LEAST as LEAST_ALIKE
 from .pulses.shape.shared_shape import share_shape
 from .pulses.shape.told import nothing_told, told_by_last
 from .search.disturbances import disturbances
+from .search.events.burst_kernels import bursts, follow_closely
+from .search.events.ringing_kernels import swings_back
 from .search.events.shoulder_kernels import Noise, tails
-from .search.events.swing_kernels import bursts, follow_closely, swings_back
 from .search.events.width_kernels import RESPONSE, place
 from .search.judging import LEAST_SAMPLES, Judge, Level, one_sided_noise
 from .search.judging_kernels import (

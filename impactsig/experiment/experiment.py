@@ -270,7 +270,8 @@ class Experiment(Shown):
         Yields
         ------
         point : Point
-        values : ndarray
+        values : ndarray, shape (k,)
+            Of k impacts, or of the intervals between them; empty if it was not measured.
         """
         choice("quantity", quantity, QUANTITIES)
         kept = Kept(self.directory)

@@ -82,7 +82,7 @@ class Band(Shown):
 
     @property
     def outside(self) -> np.ndarray:
-        """Excess of each measured share over its band; negative below, 0 within."""
+        """Excess of each measured share over its band, shape of `measured`: negative below it."""
         above = np.maximum(self.measured - self.high, 0.0)
         return above - np.maximum(self.low - self.measured, 0.0)
 

@@ -130,7 +130,10 @@ class Swept:
         return float(found) if found.ndim == 0 else found
 
     def times_of(self, phase: Any) -> np.ndarray:
-        """Times [s] of phases [rad]: the inverse of `phase`, where the frequency is above 0."""
+        """Times [s] of phases [rad], the inverse of `phase`; shape of `phase`.
+
+        The frequency must be above 0 there.
+        """
         turns = np.asarray(phase) / math.tau
         after = np.maximum(turns - self._first * self.start, 0.0)
         root = np.sqrt(self._first**2 + 2 * self.frequency_rate * after)

@@ -61,7 +61,7 @@ class Density(Shown):
 
     @property
     def centers(self) -> np.ndarray:
-        """Centres of the cells."""
+        """Centres of the cells, shape (n,)."""
         return (self.edges[1:] + self.edges[:-1]) / 2
 
     plot = drawn_by("density", "the density with its band")

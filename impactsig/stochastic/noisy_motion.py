@@ -106,6 +106,8 @@ class NoisyMotion(Moved):
     def stroboscopic(self, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Displacement and velocity once every forcing period, at a phase of the forcing [rad].
 
+        Both have the shape (k,), for k periods.
+
         Raises
         ------
         InvalidInput

@@ -14,7 +14,7 @@ import soundfile
 
 from impactsig import Impacts, ImpactsigWarning, UnreadableFile, UnwritableFile, cli
 from impactsig._files.standard_input import FOLDER
-from impactsig.cli import _commands
+from impactsig.cli import _commands, _files
 from tests.command import output_before_error, run
 
 RATE = 50_000
@@ -171,14 +171,14 @@ def test_demo_writes_its_report_here_and_says_what_it_found(capsys, tmp_path, mo
 
 
 def test_samples_are_found_inside_an_installed_package_first(tmp_path, monkeypatch):
-    place = tmp_path / "site" / "impactsig" / "cli" / "_commands.py"
-    monkeypatch.setattr(_commands, "__file__", str(place))
+    place = tmp_path / "site" / "impactsig" / "cli" / "_files.py"
+    monkeypatch.setattr(_files, "__file__", str(place))
     with pytest.raises(UnreadableFile, match="sample recording is missing"):
-        _commands.sample("a.wav")
+        _files.sample("a.wav")
     for folder in ("site/data_samples", "site/impactsig/_samples"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "a.wav").touch()
-        assert _commands.sample("a.wav") == tmp_path / folder / "a.wav"
+        assert _files.sample("a.wav") == tmp_path / folder / "a.wav"
 
 
 # -- what goes wrong -------------------------------------------------------------------------

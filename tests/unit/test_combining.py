@@ -15,11 +15,11 @@ from impactsig import (
     Recording,
     align_impacts,
     combine_impacts,
-    combining,
     detect_impacts,
     match_impacts,
     synthesize,
 )
+from impactsig.combining import combination
 from impactsig.impacts import CLIPPED
 
 
@@ -206,7 +206,7 @@ def test_where_no_sensor_of_a_stop_was_its_impacts_are_missed():
 
 
 def test_example():
-    assert doctest.testmod(combining, extraglobs={"Impacts": Impacts}).failed == 0
+    assert doctest.testmod(combination, extraglobs={"Impacts": Impacts}).failed == 0
 
 
 def test_refusals():

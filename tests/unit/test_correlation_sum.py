@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import impactsig
 from impactsig import Impacts, InvalidInput, correlation_sum
-from impactsig.reconstruct.sums import _counting, _pairs, correlation
+from impactsig.reconstruct.sums import _counting, _pairs, _radii
 from tests import naive_reconstruct
 from tests.naive_reconstruct_embed import henon
 
@@ -139,8 +139,8 @@ def test_default_radii_run_from_the_nearest_pair_to_the_farthest():
 
 
 def test_default_radii_of_a_long_series_bound_the_neighbours(monkeypatch):
-    monkeypatch.setattr(correlation, "ALL_PAIRS_UP_TO", 3000)
-    monkeypatch.setattr(correlation, "NEIGHBOURS", 50)
+    monkeypatch.setattr(_radii, "ALL_PAIRS_UP_TO", 3000)
+    monkeypatch.setattr(_radii, "NEIGHBOURS", 50)
     x = henon(6000)
     found = correlation_sum(x, (1, 2, 3), theiler=1)
     mean = 2 * found.counts[1, -1] / (len(x) - 1)

@@ -12,8 +12,9 @@ from benchmarks.recordings import coloured, microphone, score
 from benchmarks.sound_disturbances import reverberant
 from impactsig.detect._merge import group_starts
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound._cores import CORE, PER, cores_of, window_size
+from impactsig.detect.sound._cores import CORE, cores_of, window_size
 from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._level_kernels import PER
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import SAMPLED, Survey
 from impactsig.detect.sound._windows import windows

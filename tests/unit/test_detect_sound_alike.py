@@ -26,9 +26,9 @@ from impactsig.detect.sound.timing._alike_kernels import (
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
-from impactsig.detect.sound.timing._waveform import PASSES, QUARTERS, learn_waveform
+from impactsig.detect.sound.timing._waveform import PARTS, PASSES, learn_waveform
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
-from impactsig.detect.sound.timing.laying import Laying, laying_of
+from impactsig.detect.sound.timing.laying import Laying, are_alike, laying_of
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 NOISE = 0.01
@@ -351,8 +351,25 @@ def test_attacks_far_apart_do_not_end_the_search_for_a_waveform_early(seed):
     assert np.std(found[:, 0]) < 20e-6
 
 
-@pytest.mark.parametrize(("agreeing", "quarters"), [(0.2, 1), (0.45, 4), (1.0, 4 * PASSES)])
-def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, quarters):
+@pytest.mark.parametrize("groups", [(8,), (3, 5), (4, 4), (2, 2, 3, 1), (1, 4, 2, 1)])
+def test_the_leader_is_the_first_to_which_most_are_alike(groups):
+    rng = np.random.default_rng(11)
+    lengths = sound_lengths(8000.0, scale_at(8000.0))
+    laying, anywhere = laying_of(lengths), np.tile((0.0, np.inf), (8, 1))
+    waves = rng.standard_normal((len(groups), lengths.length)) * np.hanning(lengths.length)
+    sounds = np.repeat(waves, groups, axis=0)[rng.permutation(8)]
+    sounds += 0.05 * rng.standard_normal(sounds.shape)
+    counts, shifts = [], np.empty((ROWS, lengths.size))
+    for sound in sounds:
+        part = sound[lengths.first - lengths.pad :][: lengths.size + 2 * lengths.pad]
+        shift_wave(part, lengths.pad, shifts)
+        counts.append(are_alike(laying.over(sounds, anywhere, shifts, 0.0, 1.0)).sum())
+    expected = int(np.argmax(counts)) if max(counts) >= 4 else -1
+    assert laying.leader(sounds) == expected
+
+
+@pytest.mark.parametrize(("agreeing", "passes"), [(0.1, 1 / 8), (0.45, 1), (1.0, PASSES)])
+def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, passes):
     lengths = sound_lengths(22_050.0, scale_at(22_050.0))
     rng, count, laid = np.random.default_rng(5), 256, []
     wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
@@ -370,7 +387,8 @@ def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing,
     monkeypatch.setattr(Laying, "over", counted)
     found = learn_waveform(laying_of(lengths), sounds, expected)
     assert (found is not None) == (agreeing == 1.0)
-    assert laid.count(count // QUARTERS) == quarters
+    assert sum(laid) == count * passes
+    assert sum(1 / stride for _, stride in PARTS) == 1.0
 
 
 def test_instants_are_never_put_out_of_order():

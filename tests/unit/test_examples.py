@@ -58,6 +58,31 @@ def test_every_public_function_says_what_it_returns():
     assert without == []
 
 
+def members() -> dict[str, object]:
+    """Public methods and properties of what is public and of results, by their names there."""
+    classes = public()
+    classes |= {name: getattr(impactsig.results, name) for name in impactsig.results.__all__}
+    found: dict[str, object] = {}
+    for name, value in classes.items():
+        for inner, member in vars(value).items() if inspect.isclass(value) else ():
+            kind = getattr(member, "fget", None) or getattr(member, "func", None)
+            function = kind or getattr(member, "__func__", member)
+            if inspect.isfunction(function) and not inner.startswith("_"):
+                found[f"{name}.{inner}"] = function
+    return found
+
+
+def test_every_array_has_its_shape_said():
+    arrays = {
+        name: value
+        for name, value in (public() | members()).items()
+        if inspect.isfunction(value) and "ndarray" in str(value.__annotations__.get("return"))
+    }
+    assert len(arrays) > 80
+    without = [name for name, value in arrays.items() if "shape" not in (value.__doc__ or "")]
+    assert without == []
+
+
 def test_no_example_is_skipped():
     skipped = [
         name

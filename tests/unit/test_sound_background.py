@@ -5,6 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactsig.detect.sound._core_kernels import (
+    BLOCKS,
+    GREATEST,
+    LEAST,
+    RESOLUTION,
+    ROUNDING,
+    bound_noise,
+    may_hum,
+)
+from impactsig.detect.sound._core_kernels import STEP as CORE_STEP
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
 from impactsig.detect.sound.powers.floor import noise_power, quantile_bias
@@ -119,7 +129,7 @@ def test_bands_that_empty_while_others_fill_are_those_of_a_codec():
     always, now_and_then = np.ones(100, np.bool_), np.arange(100) % 2 == 0
 
     def holes(filled, empty=1e-8, sounding=always):
-        return has_holes(falls_of(np.where(filled, 1.0, empty), sounding))
+        return has_holes(*falls_of(np.where(filled, 1.0, empty), sounding))
 
     assert holes(filled)
     assert not holes(filled, empty=1e-3)  # no room, but no hole either
@@ -149,12 +159,47 @@ def test_background_is_40_db_below_the_strongest_nearby():
 def test_background_follows_the_strongest_nearby_wherever_it_is_asked_for(first, nearby):
     rng = np.random.default_rng(0)
     means = rng.exponential(1.0, (5, 100)) * rng.choice([1.0, 1e6], (5, 100))
-    noise, out = rng.exponential(1.0, (5, 3)), np.empty((5, 40))
+    means[1] *= 1e-6  # of which nothing counts
+    means[3] = 1e-6
+    means[3, 45] = 2e4  # one does, just
+    noise, out = 1.0 + rng.exponential(1.0, (5, 3)), np.empty((5, 40))
+    noise[3] = 1.9
     background(noise, 16, means, first, nearby, out)
     for g in range(40):
         near = means[:, max(first + g - nearby, 0) : first + g + nearby + 1]
         own = noise[:, g // 16]
         np.testing.assert_array_equal(out[:, g], np.maximum(own, RANGE * near.max(axis=1)))
+
+
+def test_noise_is_at_least_that_of_rounding_and_of_steps():
+    cores = np.empty((3, 5))
+    cores[:, BLOCKS], cores[:, RESOLUTION] = 64.0, [0.0, 0.0, 1e-3]
+    cores[:, LEAST], cores[:, GREATEST] = [-2.0, -1.0, -1.0], [1.0, 3.0, 5.0]
+    cores[:, CORE_STEP] = [np.inf, 0.1, 0.5]
+    near = np.array([[0, 1], [0, 2], [1, 3]])
+    gains, leakage = np.array([1.2, 0.9, 0.7]), np.array([0.1, 10.0])
+    noise = np.random.default_rng(4).exponential(3e-4, (7, 3))  # three octaves, two low ones
+    noise[:, 0] *= 1e-9
+    bounded, unresolved = np.empty((7, 3)), np.empty(3, np.bool_)
+    bound_noise(noise, cores, near, gains, leakage, bounded, unresolved)
+    steps, size = np.array([0.0, 0.1, 0.1]), np.array([2.0, 3.0, 5.0])
+    toggling, rounding = 0.25 * steps**2, ([0.0, 0.0, 1e-3] * size) ** 2
+    least = np.empty((7, 3))
+    least[:3] = np.maximum(np.outer(gains, toggling), rounding)
+    least[3:5] = np.maximum(gains[-1] * toggling, rounding)
+    least[5:] = np.outer(leakage, np.maximum((ROUNDING * size) ** 2, toggling))
+    np.testing.assert_array_equal(bounded, np.maximum(noise, least))
+    assert (bounded > noise).any(axis=1).all()
+    hidden = np.median(noise[:3], axis=0) < toggling * np.median(gains) / 3.0
+    np.testing.assert_array_equal(unresolved, hidden)
+    assert 0 < hidden.sum() < 3
+
+
+def test_hum_may_be_heard_where_its_crests_count():
+    crests, noise, level = np.array([[2.0, 1.0], [0.1, 0.2]]), np.ones((2, 3)), np.full((2, 3), 1.6)
+    assert not may_hum(level, noise, crests)
+    level[0, 1] = 1.4  # of which twice is less than 3
+    assert may_hum(level, noise, crests)
 
 
 def test_means_are_of_what_is_heard_or_of_all():

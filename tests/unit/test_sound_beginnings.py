@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy import special
+from scipy import signal, special
 
 import impactsig
-from impactsig.detect.sound._beginnings import BEFORE, NOISE, ORDER, POWERS, Beginnings, _shares
-from impactsig.detect.sound._low_kernels import begun_before, low_before, prediction_sums
+from benchmarks.recordings import coloured
+from impactsig.detect.sound._beginnings import BEFORE, NOISE, ORDER, POWERS, Beginnings, _fractions
+from impactsig.detect.sound._low_kernels import begun_before, low_before, predictors
 
 RATE = 22_050
 
@@ -110,31 +113,76 @@ def test_evidence_is_that_of_variances_that_rise():
 
 
 def test_low_frequencies_are_triangular_means():
-    x, step, out = np.random.default_rng(5).standard_normal(60), 4, np.empty((2, 3))
-    low_before(x, np.array([50, 16]), 3, step, out)
-    assert np.isnan(out[1]).all()  # its first would need sample 2
+    x, step, out = np.random.default_rng(5).standard_normal(57), 4, np.empty((2, 3))
+    low_before(x, np.array([47, 13]), step, out)
+    assert np.isnan(out[1]).all()  # its first would need sample -1
     triangle = np.convolve(np.ones(step), np.ones(step)) / step
     for k, value in enumerate(out[0]):
-        end = 50 - k * step + 1
+        end = 47 - k * step + 1
         assert value == pytest.approx(triangle @ x[end - len(triangle) : end])
 
 
 def test_noise_is_predicted_by_what_made_it():
     rows = rows_of(6, 500)
-    sums = np.zeros((ORDER + 2, ORDER + 2))
-    prediction_sums(rows, BEFORE, sums)
-    sums += np.triu(sums, 1).T
-    found = np.linalg.solve(sums[1:, 1:], sums[1:, 0])
+    found = np.empty(ORDER + 1)
+    predictors(rows, BEFORE, found)
     # Rows that are loud by chance count less.
     assert found == pytest.approx([0.8, 0.0, 0.0, 0.0], abs=0.06)
+    weight = 1.0 / (1.0 + np.mean(rows[:, BEFORE : BEFORE + NOISE] ** 2, axis=1))
+    lagged = [rows[:, BEFORE + k : BEFORE + k + NOISE] for k in range(ORDER + 1)]
+    value, *before = (np.sqrt(weight)[:, None] * v for v in (*lagged, np.ones_like(lagged[0])))
+    expected = np.linalg.lstsq(np.stack([v.ravel() for v in before], 1), value.ravel())[0]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    # Of what stays the same, one coefficient predicts all.
+    predictors(np.ones((20, rows.shape[1])), BEFORE, found)
+    assert found == pytest.approx([1.0, 0.0, 0.0, 0.0])
 
 
 def test_fractions_are_none_where_no_odds_exceed_one():
     evidence = np.zeros((20, 3))
     evidence[:, 1:] = -3.0
-    assert _shares(evidence, np.ones(20, np.bool_)) is None
+    assert _fractions(evidence, 0.0) is None
     evidence[:5, 2] = 10.0
-    share = _shares(evidence, np.ones(20, np.bool_))
-    assert share.sum(axis=1) == pytest.approx(1.0)
-    assert (share[:5, 2] > 0.99).all()
-    assert (share[5:, 0] > 0.5).all()
+    fraction = _fractions(evidence, BEFORE)
+    assert fraction == pytest.approx([0.75, 0.0, 0.25], abs=0.02)
+    # The gain is that of the logarithm of the probability.
+    gain = np.sum(np.log(np.exp(evidence) @ fraction))
+    assert _fractions(evidence, gain + 1e-9) is None
+    assert _fractions(evidence, gain - 1e-9) is not None
+
+
+def test_a_few_that_begin_early_are_found_among_many():
+    early = np.arange(900) % 30 == 7
+    rows = np.where(early[:, None], rows_of(2, 900, early=6), rows_of(1, 900))
+    likely = np.ones(900, np.bool_)
+    spread = added(rows).spread(np.zeros(900), likely)
+    assert np.median(spread[early]) > 3.0 * added(rows).step
+    assert not added(rows_of(1, 900)).spread(np.zeros(900), likely).any()
+
+
+@pytest.mark.parametrize("evidence", [9.5, 10.0])
+def test_fractions_count_where_they_gain_more_than_one_each(evidence):
+    """Two impacts of a hundred begin early: ln L gains 2 ln(.98 + .02 e^E) + 98 ln(.98)."""
+    of_each = np.full((100, BEFORE + 1), -30.0)
+    of_each[:, 0] = 0.0
+    of_each[:2, 4] = evidence
+    gain = 2.0 * np.log(0.98 + 0.02 * np.exp(evidence)) + 98.0 * np.log(0.98)
+    assert abs(gain - BEFORE) < 0.8
+    assert (_fractions(of_each, BEFORE) is not None) == (gain > BEFORE)
+
+
+# 370 us where steps had three samples, which pass a ninth of what rings at half the rate.
+def test_ringing_of_a_steep_filter_is_no_beginning():
+    near = impactsig.Microphone(
+        distance=1e-9, gain=1e-9, modes=((930.0, 10e-3, 1.0), (2870.0, 5e-3, 0.8))
+    )
+    rng = np.random.default_rng(3)
+    time = 0.1 + np.cumsum(0.06 * rng.uniform(0.6, 1.4, 100))
+    impacts = impactsig.Impacts.from_times(time, start=0.0, duration=time[-1] + 0.2)
+    impacts = replace(impacts, peak=rng.uniform(0.5, 1.5, len(time)))
+    sound = impactsig.synthesize(impacts, near, rate=88_200.0, seed=3).samples
+    x = signal.resample(sound[: len(sound) // 8 * 8], len(sound) // 8)
+    x += 1e-3 * np.abs(x).max() * coloured(rng, len(x), 11_025)
+    found = impactsig.detect_impacts(impactsig.Recording(x, 11_025.0, sensor="sound"))
+    assert len(found) == len(time)
+    assert np.median(found.time_error) < 40e-6

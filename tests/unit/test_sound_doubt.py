@@ -21,6 +21,9 @@ def test_expectation_of_probabilities():
     assert doubt.f1 == pytest.approx(4.0 / 5.6)
     # Of log-odds: 2.2, -2.9, 0.4, 0, -0.4, -1.4.
     assert (doubt.improbable, doubt.below, doubt.above) == (1, 2, 2)
+    # Likely ones whose probabilities fall count as missed by what is left of these.
+    doubt.turn(np.array([0.9, 0.6, 0.4]), np.array([0.3, 0.05, 0.2]))
+    assert (doubt.right, doubt.false, doubt.missed) == pytest.approx((0.5, 0.5, 0.9))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import impactsig
 from benchmarks import strange_sounds
 from benchmarks.recordings import load_cell
 from benchmarks.sound_errors import errors, record
-from benchmarks.spread import spread_over_records
+from benchmarks.spread import contradicted, spread_over_records, within
 from impactsig.detect.sound._attack_kernels import (
     DEPENDENT,
     MOST_TOGETHER,
@@ -19,7 +19,8 @@ from impactsig.detect.sound._attack_kernels import (
     split_variance,
     variance_change,
 )
-from impactsig.detect.sound._growth import VARIED, Growth, spread_of
+from impactsig.detect.sound._growth import Growth
+from impactsig.detect.sound._growth_kernels import VARIED, spread_of
 from impactsig.detect.sound.timing._shift_errors import ATTACKS, beyond
 
 # Seeds that nothing was chosen on.
@@ -230,3 +231,10 @@ def test_intervals_over_records_hold_as_often_as_stated():
         held.append(least < np.exp(0.25**2) < most)
     assert 0.9 < np.mean(held) < 0.98
     assert spread_over_records(groups[:1])[1:] == (0.0, np.inf)
+
+
+def test_a_spread_is_contradicted_where_its_whole_interval_is_outside():
+    assert contradicted(1.26, 2.0) == "above"
+    assert contradicted(0.5, 0.79) == "below"
+    assert contradicted(0.5, 0.81) == contradicted(1.24, 2.0) == contradicted(0.5, 2.0) == ""
+    np.testing.assert_array_equal(within(np.array([0.79, 0.8, 1.25, 1.26])), [0, 1, 1, 0])

@@ -7,9 +7,11 @@ import pytest
 from scipy import signal
 
 from benchmarks.recordings import microphone, score
+from impactsig.detect.sound.deciding.beside import PowersBeside
 from impactsig.detect.sound.deciding.gradual import (
     ALONE,
     EACH,
+    EDGES,
     MOST_OTHERS,
     NEAR,
     gradual_odds,
@@ -58,17 +60,23 @@ def test_the_odds_against_sums_by_hand():
 
     rise, wide = power(0, 4) - power(-4, 0), power(1, 8) - power(-8, -1)
     before = power(-8, -1) - power(-16, -8)
+
+    def odds_of(x: np.ndarray) -> np.ndarray:
+        beside = PowersBeside(EDGES, rate, lags)
+        beside.add(x, attack, np.isfinite(steady) & beside.within(x, attack))
+        return gradual_odds(steady, beside.powers(), beside.edges)
+
     for scale in (1.0, 1e6):
         step = np.where(np.arange(600) > 300, scale, 1.0)
-        odds = gradual_odds(x * step, attack, steady, (0, 600), rate, lags)
+        odds = odds_of(x * step)
         assert np.isinf(odds[1:]).all()  # not asked, and too near to the ends
         assert np.isinf(odds[0])  # no rise, and a sudden one
     grown = np.exp(0.05 / 8.0 * np.arange(600))  # 0.1 neper of power in 1 ms
     rise, wide, before = rise + 0.4, wide + 0.9, before + 0.75
-    odds = gradual_odds(x * grown, attack, steady, (0, 600), rate, lags)
+    odds = odds_of(x * grown)
     assert odds[0] == pytest.approx(1.0 + 2.2 * (rise - 0.75 * wide) - 1.6 * before, abs=0.2)
     x[165:240] = 0.0  # beside digital silence
-    assert np.isinf(gradual_odds(x * grown, attack, steady, (0, 600), rate, lags)[0])
+    assert np.isinf(odds_of(x * grown)[0])
 
 
 def test_company_makes_gradual_rises_less_likely():

@@ -9,11 +9,15 @@ from scipy import signal
 from benchmarks.recordings import coloured, score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._nearby import (
+    greatest_beside,
     greatest_near,
     greatest_within,
+    local_mean,
     number_as_high,
     places_about,
     ranked,
+    separate_crests,
+    strongest_beside,
 )
 from impactsig.detect.sound.powers.band_kernels import band_growth
 from impactsig.detect.sound.sound import detect_sound
@@ -181,6 +185,32 @@ def test_the_greatest_within_reach_is_that_of_padded_values():
     for reach in (1, 2, 4, 50):
         slow = [values[max(k - reach, 0) : k + reach + 1].max() for k in range(40)]
         np.testing.assert_array_equal(greatest_within(values, reach), slow)
+        at = np.array([39, 3, 3, -2, 50])
+        np.testing.assert_array_equal(
+            greatest_beside(values, at, reach), np.take(slow, [-1, 3, 3, 0, -1])
+        )
+    values[5:9] = 9.0
+    np.testing.assert_array_equal(strongest_beside(values, np.array([8, 4, 9]), 2), [6, 5, 7])
+
+
+def test_means_nearby_are_of_what_is_there():
+    values, at = np.random.default_rng(6).random(40), np.array([0, 1, 20, 39])
+    slow = [values[max(k - 3, 0) : k + 6].mean() for k in at]
+    np.testing.assert_allclose(local_mean(values, at, 3, 5), slow)
+    np.testing.assert_array_equal(local_mean(values > 2.0, at, 3, 5), 0.0)
+
+
+def test_separate_crests_are_those_that_none_nearby_exceeds():
+    rng = np.random.default_rng(7)
+    for values in (rng.standard_normal(300), rng.integers(0, 4, 300).astype(float), np.ones(20)):
+        for reach in (1, 3, 40):
+            slow = []
+            for k, value in enumerate(values):
+                near = values[max(k - reach, 0) : k + reach + 1]
+                first = not slow or k - slow[-1] > reach
+                if value > 0.5 and value == near.max() and first:
+                    slow.append(k)
+            np.testing.assert_array_equal(separate_crests(values, reach, 0.5), slow)
 
 
 def test_others_as_high_are_counted():

@@ -1,4 +1,4 @@
-"""Logarithms and exponentials in vector lanes, beside those of mpmath."""
+"""Logarithms, exponentials and the greatest of numbers in vector lanes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._lane_kernels import exponentials, logarithms
+from impactsig.detect.sound._lane_kernels import exponentials, greatest_of, logarithms
 
 
 def in_last_places(found, exact):
@@ -39,6 +39,16 @@ def test_exponentials(count):
     far = np.array([-701.0, -1e9, -np.inf])
     exponentials(far)
     assert ((far >= 0.0) & (far < 1e-303)).all()
+
+
+@pytest.mark.parametrize("count", [1, 3, 64, 1001])
+def test_greatest(count):
+    rng = np.random.default_rng(3)
+    for x in (rng.standard_normal(count), -(10 ** rng.uniform(-300, 300, count))):
+        assert greatest_of(x) == x.max()
+    assert greatest_of(np.array([-np.inf, -0.0, -5e-324])) == 0.0
+    assert greatest_of(np.full(5, -np.inf)) == -np.inf
+    assert greatest_of(np.array([1.0, np.inf])) == np.inf
 
 
 def test_nothing_is_done_with_no_numbers():

@@ -15,8 +15,9 @@ from impactsig.detect.sound.deciding.overload import (
     NONE,
     OCTAVES,
     SLOPE,
+    TOGETHER,
+    Overload,
     may_be_edges,
-    overload_odds,
 )
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at
 from tests.unit.test_detect_sound import detect, group_starts, onsets
@@ -42,8 +43,10 @@ def odds_of_each(x: np.ndarray, places: list[float], asked: list[bool]) -> np.nd
     scale = scale_at(RATE)
     spectrum = Spectrum(bands_at(RATE, GROUP * scale.hop))
     limits = float(x.min()), float(x.max())
-    rises = np.array(places), np.array(asked)
-    return overload_odds(x, *rises, (0, len(x)), limits, spectrum, scale, RATE)
+    overload = Overload(limits, spectrum, scale, RATE)
+    for part in np.array_split(np.arange(len(places)), 3):  # as from several windows
+        overload.add(x, np.array(places)[part], np.array(asked, bool)[part])
+    return overload.odds()
 
 
 def odds_of(x: np.ndarray, place: float, *, asked: bool = True) -> float:
@@ -88,3 +91,6 @@ def test_rises_have_the_odds_that_each_has_alone():
     np.testing.assert_allclose(together, alone, rtol=1e-12)
     assert np.isfinite(together).tolist() == [False, True, True, True, False, True, False, False]
     assert np.unique(together).size == 5
+    many = TOGETHER // 2  # more than wait at a time
+    again = odds_of_each(x, many * places, many * asked)
+    np.testing.assert_allclose(again, np.tile(alone, many), rtol=1e-12)

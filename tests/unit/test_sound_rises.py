@@ -7,12 +7,10 @@ import pytest
 
 from benchmarks.recordings import score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound._rise_kernels import (
-    STEP,
-    low_likelihood,
-    octave_likelihood,
-)
+from impactsig.detect.sound._kernels import BLOCK, STEP, octave_rise
+from impactsig.detect.sound._rise_kernels import low_likelihood, rise_likelihood
 from impactsig.detect.sound._rises import clear_ratio
+from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.deciding._rise_odds import by_octave, high_crests
 from impactsig.detect.sound.sound import detect_sound
 
@@ -49,6 +47,54 @@ def test_noise_that_swells_has_hardly_any_impacts(rate, pace):
     assert len(detect(x, float(rate)).time) <= 4
 
 
+@pytest.mark.parametrize(("past", "forward"), [(8, 8), (11, 11), (3, 12), (1, 1)])
+def test_rise_of_the_octaves_by_its_definition(past, forward):
+    rng = np.random.default_rng(8)
+    frames, left, octaves = 1203, 20, 3
+    power = (
+        rng.exponential(1.0, (octaves, frames + 60))
+        * np.repeat(rng.choice([1e-9, 1.0, 9.0], (octaves, 80)), 16, axis=1)[:, : frames + 60]
+    )
+    power[1, 300:420] = 0.0
+    level = rng.uniform(0.1, 1.0, (octaves, -(-frames // BLOCK)))
+    level[1, 3] = 0.0  # where all is 0 nothing rises
+    weights, scale = np.array([0.5, 0.3, 0.2]), scale_at(RATE)._replace(past=past, forward=forward)
+    after, out = np.empty((octaves, frames)), np.empty(frames)
+    every = np.empty((2, octaves, -(-frames // STEP)))
+    octave_rise(power, left, scale, level, weights, after, every, out)
+    falling = np.arange(forward, 0, -1) / np.arange(forward + 1).sum()
+    before, expected = np.empty((octaves, frames)), np.zeros(frames)
+    for j in range(frames):
+        now = power[:, left + j : left + j + forward] @ falling
+        before[:, j] = power[:, left + j - past : left + j].mean(axis=1)
+        np.testing.assert_allclose(after[:, j], now, rtol=1e-12)
+        base = np.maximum(before[:, j], 2.0 * level[:, j // BLOCK])
+        some = (now > base) & (base > 0.0)
+        expected[j] = weights[some] @ np.log(now[some] / base[some])
+    assert 0.1 < (expected > 0.0).mean() < 0.95
+    np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(every, np.stack((after, before))[:, :, ::STEP], rtol=1e-12)
+
+
+NO_LOW_OCTAVES = np.empty((0, 0)), 0, np.empty(0, np.int64), np.empty(0, np.int64)
+
+
+# A sound that rings on is itself the median that its rise is compared with: F1 of 0.22 to 0.9
+# before.
+@pytest.mark.parametrize("seed", [11, 12, 14, 16])
+def test_strikes_that_ring_for_half_a_second_are_found(seed):
+    rng, rate = np.random.default_rng(seed), 8000.0
+    time = 0.2 + np.cumsum(rng.uniform(0.7, 1.3, 16))
+    x = 0.1 * rng.standard_normal(round((time[-1] + 1.0) * rate))
+    for start in time:
+        first = int(np.ceil(start * rate))
+        since = np.arange(first, len(x)) / rate - start
+        for tone, decay in ((1480.0, 0.45), (2730.0, 0.3)):
+            phase = 2 * np.pi * (tone * since + rng.random())
+            x[first:] += np.exp(-since / decay) * np.sin(phase)
+    assert score(detect(x, rate).time, time, 10e-3)[0] >= 0.95
+
+
 def test_likelihood_of_a_step_in_power():
     # Power 1 and then 5: F reaches 5 at the step, and A is 1.
     power, width, freedom = np.where(np.arange(96) < 48, 1.0, 5.0), 4, 7.0
@@ -58,23 +104,27 @@ def test_likelihood_of_a_step_in_power():
     assert np.argmax(out) == 48 - 16  # a coefficient a cell
     assert out[48 - 16] == pytest.approx(expected)
     assert out[: 48 - 16 - width].max() == 0.0  # nothing rises
-    sides, one = np.array([[np.full(128, 5.0)], [np.full(128, 1.0)]]), np.ones(1)
+    every, one = np.array([[np.full(128 // STEP, 5.0)], [np.full(128 // STEP, 1.0)]]), np.ones(1)
     for background, rise in ((0.5, 5.0), (2.0, 2.5)):  # less than what was before is none
         out = np.zeros(128 // STEP)
         least = np.array([[background]])
-        octave_likelihood(*sides, quiet[None], 0, one, least, freedom * one, 2.0 * one, out)
+        rise_likelihood(
+            every, *NO_LOW_OCTAVES, quiet[None], 0, one, least, freedom * one, 2.0 * one, out
+        )
         np.testing.assert_allclose(out, 0.5 * freedom * (rise - 1.0 - np.log(rise)))
 
 
 def test_clear_rises_are_held_against_the_median_of_parts():
     rng = np.random.default_rng(0)
     parts, bias, freedom = rng.exponential(2.0, (1, 40)), np.array([0.5]), np.array([7.0])
-    sides, least = np.array([[np.full(1024, 50.0)], [np.full(1024, 1.0)]]), np.full((1, 8), 0.1)
+    every = np.array([[np.full(1024 // STEP, 50.0)], [np.full(1024 // STEP, 1.0)]])
+    least = np.full((1, 8), 0.1)
     clear = clear_ratio(*freedom)
     assert 3.5 * (clear - 1.0 - np.log(clear)) == pytest.approx(3.0)
     out, low = np.zeros((2, 1024 // STEP)), np.zeros(1024 // STEP)
-    octave_likelihood(*sides, parts, 4, bias, least, freedom, clear, out[0])
-    octave_likelihood(*sides, parts, 4, bias, least, freedom, 51.0 * clear, out[1])
+    fixed = every, *NO_LOW_OCTAVES, parts, 4, bias, least, freedom
+    rise_likelihood(*fixed, clear, out[0])
+    rise_likelihood(*fixed, 51.0 * clear, out[1])
     power = np.where(np.arange(300) % 2, 1.0, 60.0)  # F is 34 or 27
     low_likelihood(power, 16, 4, 4, parts[0], 4, 0.5, least[0], 7.0, float(clear[0]), low)
     for k in range(8):
@@ -94,16 +144,19 @@ def test_crests_of_h_are_judged_by_what_is_near():
     odds = np.full(len(frame), 6.0)
     h[frame // STEP] = 200.0
     h[[330, 1000, 1010]] = 60.0, 200.0, 40.0  # alone, on an impact, 40 ms after one
-    turned, own = by_octave(frame, odds, h, high_crests(h, seconds), b, known, seconds)
+    never = np.zeros(len(frame), bool)
+    crest = high_crests(h, seconds)
+    turned, own = by_octave(frame, odds, never, h, crest, b, known, seconds)
     assert own.frame.tolist() == [1320, 4040]
     assert own.odds[0] > 0.0 > own.odds[1]
     assert (turned > 0.0).all()
     # Beside digital silence nothing is known, and nothing changes.
-    turned, own = by_octave(frame, odds, h, high_crests(h, seconds), b, ~known, seconds)
+    turned, own = by_octave(frame, odds, never, h, crest, b, ~known, seconds)
     assert (turned == odds).all()
     assert not len(own.frame)
     none = np.empty(0)
     crest = high_crests(h[:8], seconds)
-    turned, own = by_octave(none.astype(int), none, h[:8], crest, b[:2], known[:2], seconds)
+    at = none.astype(int)
+    turned, own = by_octave(at, none, at > 0, h[:8], crest, b[:2], known[:2], seconds)
     assert not len(turned)
     assert not len(own.frame)

@@ -9,8 +9,11 @@ from impactsig.detect.sound.powers.bands import Spectrum, bands_at
 from tests import naive_sound
 
 
-# Windows of 192, 256, 384, 512, 750, 1024 and 1152 samples: all radices, in several orders.
-@pytest.mark.parametrize("rate", [8000, 11_025, 16_000, 22_050, 32_000, 44_100, 48_000])
+# Windows of 96, 192, 256, 384, 512, 750, 1024, 1152 and 2250 samples: all radices, in several
+# orders, two or three passes at a time.
+@pytest.mark.parametrize(
+    "rate", [4000, 8000, 11_025, 16_000, 22_050, 32_000, 44_100, 48_000, 96_000]
+)
 def test_powers_are_those_of_fourier_coefficients(rate):
     bands = bands_at(rate, 16 * scale_at(rate).hop)
     size, frames = len(bands.window), LANES + 3

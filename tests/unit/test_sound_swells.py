@@ -8,9 +8,11 @@ import pytest
 from benchmarks.recordings import microphone, score
 from benchmarks.sound_timing import MODES, band_limited
 from benchmarks.varied_sound import result
+from impactsig.detect.sound.deciding.beside import PowersBeside
 from impactsig.detect.sound.deciding.notes import mains_notes
 from impactsig.detect.sound.deciding.swells import (
     CROWD,
+    EDGES,
     STEEP,
     SWELLS,
     crowds,
@@ -77,30 +79,37 @@ def test_impacts_that_ring_into_each_other_are_no_swellings(seed, disturbance):
 
 def test_sharpness_against_sums_by_hand():
     rng, rate, lag, slope = np.random.default_rng(2), 8000.0, 3, 2
-    x, valid = rng.standard_normal(400), (10, 380)
-    attack = np.array([100.5, 211.5, 14.5, 379.5])
-    told, rise = sharpness(x, attack, valid, rate, lag, slope)
+    x = rng.standard_normal(370)
+    attack = np.array([90.5, 201.5, 4.5, 369.5])
+
+    def sharpness_of(x: np.ndarray, attack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        beside = PowersBeside(EDGES, rate, (lag, slope))
+        for some in (attack[:1], attack[1:]):
+            beside.add(x, some, np.ones(len(some), bool))
+        return sharpness(beside.powers(), rate)
+
+    told, rise = sharpness_of(x, attack)
 
     def power(first: int, last: int) -> float:
         y = [
             x[i] - x[i - lag] - lag / slope * (x[i - lag] - x[i - lag - slope])
-            for i in range(max(first, valid[0] + lag + slope), min(last, valid[1]))
+            for i in range(first, last)
         ]
         return float(np.mean(np.square(y)))
 
-    for k, at in enumerate((101, 212)):
+    for k, at in enumerate((91, 202)):
         sudden = np.log(power(at, at + 8) / power(at - 8, at))
         slow = np.log(power(at + 8, at + 32) / power(at - 32, at - 8))
         expected = sudden - 0.2 * max(slow, 0.0) - 0.6 - 1.7 / np.sqrt(8.0)
         assert told[k] == pytest.approx(expected, abs=1e-9)
         assert rise[k] == pytest.approx(slow, abs=1e-9)
     # Beyond the ends the first and the last sample go on.
-    longer = np.concatenate((np.full(50, x[10]), x[10:380], np.full(50, x[379])))
-    again, _ = sharpness(longer, attack + 40.0, (0, len(longer)), rate, lag, slope)
+    longer = np.concatenate((np.full(50, x[0]), x, np.full(50, x[-1])))
+    again, _ = sharpness_of(longer, attack + 50.0)
     np.testing.assert_allclose(again, told, rtol=1e-12)
-    step = np.where(np.arange(400) < 200, 1.0, 100.0) * x  # 9.2 neper at once
+    step = np.where(np.arange(370) < 190, 1.0, 100.0) * x  # 9.2 neper at once
     expected = 0.8 * np.log(1e4) - 1.2
-    found, _ = sharpness(step, np.array([199.5]), valid, rate, lag, slope)
+    found, _ = sharpness_of(step, np.array([189.5]))
     assert found == pytest.approx([expected], abs=1.5)
 
 
@@ -121,6 +130,8 @@ def test_only_a_crowd_of_gradual_rises_is_turned():
         (sharp > 1.0, sharp, rise),  # unlikely rises are noise, and say nothing of the others
     ):
         assert np.isinf(most_odds(instant, *others)).all()
+    sparse = most_odds(3.0 * instant, likely, sharp, rise)  # no more than CROWD near
+    assert np.isinf(sparse).all()
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from impactsig.detect.sound._cores import cores_of, reaching, window_size
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
+from impactsig.detect.sound.powers._gate_kernels import bridge
 
 
 def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
@@ -39,6 +40,29 @@ def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
     assert not np.array_equal(one.backgrounds.noise[0], one.backgrounds.noise[1])
     for parts, wholes in zip(of_one, of_more, strict=True):
         np.testing.assert_array_equal(np.concatenate(parts), np.concatenate(wholes))
+
+
+def test_short_silences_are_read_as_if_they_had_been_bridged():
+    rate, rng = 22_050.0, np.random.default_rng(3)
+    t = np.arange(40_000) / rate
+    x = np.sin(2 * np.pi * 150.0 * t) + 1e-3 * rng.standard_normal(len(t))
+    x[15_000:15_400] += rng.standard_normal(400) * np.exp(-np.arange(400) / 80.0)
+    for first in range(1_037, 38_000, 911):
+        x[first : first + 24] = 0.0
+    scale, whole = scale_at(rate), np.empty(len(x))
+    least, greatest, step = extremes(x)
+    changed = np.zeros(len(x) // scale.hop + 1, np.bool_)
+    assert bridge(x, scale.hop, step, least, greatest, whole, changed) > 30
+    found = []
+    for one in (x, whole):
+        survey = Survey(scale, rate)
+        for window in windows([Piece(0, one)], window_size(scale)):
+            survey.add(window, cores_of(window.core, scale.hop))
+        survey.finish()
+        found.append(survey.passages[0])
+    for name in ("octaves", "rises", "bands", "place", "height"):
+        both = (np.concatenate(getattr(passage, name)) for passage in found)
+        np.testing.assert_array_equal(*both)
 
 
 def test_stretches_within_reach_of_one():

@@ -21,14 +21,13 @@ CLEAR = 0.03  # fraction of the greatest power above which a sound is not a filt
 
 
 @fused
-def measure(x, places, valid, limits, scale, out, sounds):
+def measure(x, places, limits, scale, out, sounds):
     """Attack and peak of the impacts at `places`, and the sound around each.
 
     Parameters
     ----------
-    x : samples from well before the first place to well after the last
+    x : samples from well before the first place to well after the last, or all that there are
     places : (n,) first samples of the frames that hold the crests, as indices of x
-    valid : first and last (exclusive) index of x that is a sample of the record
     limits : least and greatest sample of the record
     out : (n, 5), room for attack (index in x, between samples), peak, whether it is clipped, the
         variance of the attack and the samples from there until the sound is clear
@@ -36,20 +35,20 @@ def measure(x, places, valid, limits, scale, out, sounds):
     """
     gains = np.empty((2, 3, 2 * scale.reach + 1))
     for found in range(len(places)):
-        split, out[found, 3] = attack(x, places[found], valid, scale, gains)
+        split, out[found, 3] = attack(x, places[found], scale, gains)
         out[found, 0] = split - 0.5
-        out[found, 1], out[found, 2] = crest(x, split, valid, limits, scale)
-        out[found, 4] = clear_after(x, split, valid, scale)
+        out[found, 1], out[found, 2] = crest(x, split, limits, scale)
+        out[found, 4] = clear_after(x, split, scale)
         begin_sound = split - scale.before
-        earliest = valid[0] + scale.short_lag + scale.slope
-        if begin_sound < earliest or begin_sound + sounds.shape[1] > valid[1]:
+        earliest = scale.short_lag + scale.slope
+        if begin_sound < earliest or begin_sound + sounds.shape[1] > len(x):
             sounds[found] = 0.0
         else:
             innovations(x, begin_sound, scale.short_lag, scale.slope, sounds[found])
 
 
 @fused
-def attack(x, at, valid, scale, gains):
+def attack(x, at, scale, gains):
     """First sample after the greatest change of variance near `at`, with its variance.
 
     Of the innovations over the short and the long lag, those whose change is the more likely
@@ -59,11 +58,11 @@ def attack(x, at, valid, scale, gains):
     The variance is that of the probability of all splits within reach, and of the place between
     two samples; and no less than such a rise has on the mean.
     """
-    first = max(at - scale.past * scale.hop, valid[0] + scale.long_lag + scale.slope)
-    last = min(at + scale.forward * scale.hop, valid[1])
+    first = max(at - scale.past * scale.hop, scale.long_lag + scale.slope)
+    last = min(at + scale.forward * scale.hop, len(x))
     squares = np.empty((2, max(last - first, 0)))
     best, split, gain = 0, at - first, -1.0
-    for k in range(2):
+    for k in range(1 + (scale.long_lag > scale.short_lag)):  # at 8 kHz they are one
         lag = scale.short_lag if k == 0 else scale.long_lag
         innovations(x, first, lag, scale.slope, squares[k])
         square(squares[k])
@@ -141,13 +140,13 @@ def split_variance(gains, first, split, together, weights):
 
 
 @fused
-def clear_after(x, split, valid, scale):
+def clear_after(x, split, scale):
     """Samples after the attack until innovations reach CLEAR of their greatest power.
 
     It is 0 where a sound begins at once, and not where a filter rings before it.
     """
-    first = max(split, valid[0] + scale.short_lag + scale.slope)
-    count = min(scale.reach, valid[1] - first)
+    first = max(split, scale.short_lag + scale.slope)
+    count = min(scale.reach, len(x) - first)
     if count < 2:
         return 0
     values = np.empty(count)
@@ -224,14 +223,14 @@ def variance_change(squares, at, reach, gains):
 
 
 @fused
-def crest(x, split, valid, limits, scale):
+def crest(x, split, limits, scale):
     """Greatest deviation after the attack from the mean before; 1.0 as flag if clipped.
 
     It is clipped if two samples in a row lie at the least or greatest sample of the record.
     """
-    i0 = max(split - scale.past * scale.hop, valid[0])
+    i0 = max(split - scale.past * scale.hop, 0)
     base = sum_of(x[i0:split]) / max(split - i0, 1)
-    sound = x[split : min(split + scale.forward * scale.hop, valid[1])]
+    sound = x[split : split + scale.forward * scale.hop]
     greatest, extreme, clipped = 0.0, 0, 0.0
     for i in range(np.uint64(len(sound))):
         away = abs(sound[i] - base)
@@ -247,8 +246,8 @@ def crest(x, split, valid, limits, scale):
 
 
 @fused
-def clipped_after(x, attacks, valid, limits, scale, out):
+def clipped_after(x, attacks, limits, scale, out):
     """out[k]: 1.0 if samples after attack k, a place between samples of x, are clipped."""
     for k in range(len(attacks)):
         split = int(attacks[k] + 0.5)
-        out[k] = crest(x, split, valid, limits, scale)[1]
+        out[k] = crest(x, split, limits, scale)[1]

@@ -22,10 +22,13 @@ from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
+from .deciding.beside import PowersBeside
 from .deciding.crests import LATER, SOONER
 from .deciding.doubt import EVEN
+from .deciding.gradual import EDGES as GRADUAL_EDGES
 from .deciding.gradual import gradual_odds, most_odds_beside
-from .deciding.overload import overload_odds
+from .deciding.overload import Overload
+from .deciding.swells import EDGES as SWELL_EDGES
 from .deciding.swells import crowds, most_odds, sharpness
 from .powers.hum import filtered
 from .timing.alike import Overlay
@@ -67,10 +70,6 @@ def chance(odds: np.ndarray) -> np.ndarray:
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
 
 
-_EMPTY = np.empty(0)
-NONE = Measured(np.empty((0, 5)), _EMPTY, _EMPTY, np.empty(0, np.bool_), *[_EMPTY] * 4)
-
-
 class Attacks:
     """Collects the attacks of chosen impacts, window by window.
 
@@ -82,7 +81,7 @@ class Attacks:
     ) -> None:
         scale, rate = survey.scale, survey.rate
         self.chosen, self.limits, self.scale, self.rate = chosen, limits, scale, rate
-        self.taps, self.spectrum = survey.taps, survey.spectrum
+        self.taps = survey.taps
         # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
         loud = 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
         clear = survey.hum_crest + CLEAR_OF_HUM + loud
@@ -96,7 +95,10 @@ class Attacks:
         self.overlay = Overlay(self.lengths, self.modes.last)
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
-        self.found = [NONE]
+        self.overload = Overload(limits, survey.spectrum, scale, rate)
+        self.beside = PowersBeside(SWELL_EDGES, rate, (scale.long_lag, scale.slope))
+        self.far_beside = PowersBeside(GRADUAL_EDGES, rate, (scale.short_lag, scale.slope))
+        self.attack, self.lone = [np.empty((0, 5))], [np.empty(0, np.bool_)]
 
     def add(self, window: Window) -> None:
         """Time the attacks in the next window."""
@@ -108,39 +110,41 @@ class Attacks:
         if here.start == here.stop:
             return
         raw, core = window.beside(self.more * scale.hop)
-        valid = 0, len(raw)
         x = raw if self.taps is None else filtered(raw, self.taps)
         places = core + (passage.frame[here] - first) * scale.hop
         for k in np.flatnonzero(passage.coarse[here]):
-            places[k] = greatest_rise(x, int(places[k]), valid, scale, rate)
+            places[k] = greatest_rise(x, int(places[k]), scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
-        measure(x, places, valid, self.limits, scale, attack, sounds)
+        measure(x, places, self.limits, scale, attack, sounds)
+        at, lone = attack[:, 0].copy(), np.empty(len(places), np.bool_)
         if self.taps is not None:
-            clipped_after(raw, attack[:, 0], valid, self.limits, scale, attack[:, 2])
-        lone = np.empty(len(places), np.bool_)
-        lone_samples(raw, attack[:, 0].copy(), valid, round(CLICK * rate), scale.reach, lone)
-        sharp, rise = np.full((2, len(places)), np.nan)
-        dense = self.crowded[window.segment][here]
-        if dense.any():
-            lags = scale.long_lag, scale.slope
-            sharp[dense], rise[dense] = sharpness(x, attack[dense, 0], valid, rate, *lags)
-        lags = scale.short_lag, scale.slope
-        gradual = gradual_odds(x, attack[:, 0], passage.steady[here], valid, rate, lags)
-        edges = attack[:, 0], passage.may_be_edge[here], valid
-        overload = overload_odds(raw, *edges, self.limits, self.spectrum, scale, rate)
-        probability = passage.probability[here]
-        self.modes.add(x, valid, attack[:, 0])
+            clipped_after(raw, at, self.limits, scale, attack[:, 2])
+        lone_samples(raw, at, round(CLICK * rate), scale.reach, lone)
+        self.beside.add(x, at, self.crowded[window.segment][here])
+        gradual = np.isfinite(passage.steady[here]) & self.far_beside.within(x, at)
+        self.far_beside.add(x, at, gradual)
+        self.overload.add(raw, at, passage.may_be_edge[here])
+        self.modes.add(x, at)
         self.overlay.add(sounds, np.sqrt(attack[:, 3]))
-        self.growth.add(sounds, probability >= EVEN)
-        self.beginnings.add(x, valid, attack[:, 0])
+        self.growth.add(sounds, passage.probability[here] >= EVEN)
+        self.beginnings.add(x, at)
         attack[:, 0] += window.segment + window.first - core
-        spread = passage.spread[here]
-        tells = lone, sharp, rise, gradual, overload
-        self.found.append(Measured(attack, probability, spread, *tells))
+        self.attack.append(attack)
+        self.lone.append(lone)
 
     def measured(self) -> Measured:
         """The attacks of all windows."""
-        return Measured(*(np.concatenate(parts) for parts in zip(*self.found, strict=True)))
+        none, every = np.empty(0), self.chosen.values()
+        steady = np.concatenate([none, *(one.steady for one in every)])
+        return Measured(
+            np.concatenate(self.attack),
+            np.concatenate([none, *(one.probability for one in every)]),
+            np.concatenate([none, *(one.spread for one in every)]),
+            np.concatenate(self.lone),
+            *sharpness(self.beside.powers(), self.rate),
+            gradual_odds(steady, self.far_beside.powers(), self.far_beside.edges),
+            self.overload.odds(),
+        )
 
     def instants(
         self, measured: Measured, likely: np.ndarray
@@ -172,14 +176,12 @@ class Attacks:
         return instant, error, alike
 
 
-def greatest_rise(
-    x: np.ndarray, place: int, valid: tuple[int, int], scale: Scale, rate: float
-) -> int:
+def greatest_rise(x: np.ndarray, place: int, scale: Scale, rate: float) -> int:
     """Frame near `place` at which the power rises most within COARSE."""
     half = round(COARSE * rate)
     edge = scale.spacing * scale.hop
-    low = max(place - round(SOONER * rate) + edge, valid[0] + half)
-    high = min(place + round(LATER * rate) - edge, valid[1] - half)
+    low = max(place - round(SOONER * rate) + edge, half)
+    high = min(place + round(LATER * rate) - edge, len(x) - half)
     if low >= high:
         return place
     near = x[low - half : high + half].astype(float)

@@ -6,8 +6,9 @@ heard. Its low frequencies are those of triangular means, STEP apart, that room 
 predicted from, each by the ORDER ones before. How far before the attack their errors rise above
 those of earlier ones has an evidence for each impact (`begun_before`), and the fraction of the
 impacts that begin so early is that under which all are the most probable (empirical Bayes): where
-hardly more rise than noise does, it is none. A filter that rings before a sound rings
-above these frequencies.
+hardly more rise than noise does, it is none; so it is where LOOK of many gain nothing by any. A
+filter that rings before a sound rings above these frequencies, near half the rate, which a triangle
+of an even number of samples excludes.
 """
 
 from __future__ import annotations
@@ -16,13 +17,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._low_kernels import begun_before, low_before, prediction_sums
+from ._low_kernels import begun_before, likeliest_fractions, low_before, predictors
+from ._nearby import middle
 
 STEP = 0.25e-3  # [s], and time before the attack that is its own
 BEFORE, NOISE, ORDER = 10, 24, 3  # steps in which sounds begin, that are noise, and that predict
 POWERS = 2.0 ** np.arange(1, 8, 2)  # variance of what has begun over that of noise
 LEAST = 8  # impacts that show it
 ROUNDS = 25  # in which the fractions converge
+LOOK = 128  # impacts that are asked first
 
 
 @dataclass
@@ -34,14 +37,14 @@ class Beginnings:
     found: list[np.ndarray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.step = max(round(STEP * self.rate), 1)
+        self.step = 2 * max(round(0.5 * STEP * self.rate), 1)
         self.found.append(np.empty((0, BEFORE + NOISE + ORDER)))
 
-    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Add the next attacks, halfway between two of the samples x, real from valid[0] on."""
+    def add(self, x: np.ndarray, attacks: np.ndarray) -> None:
+        """Add the next attacks, halfway between two of the samples x."""
         rows = np.empty((len(attacks), BEFORE + NOISE + ORDER))
         last = np.floor(attacks).astype(np.int64) - self.step
-        low_before(x, last, valid[0], self.step, rows)
+        low_before(x, last, self.step, rows)
         self.found.append(rows)
 
     def spread(self, shift: np.ndarray, likely: np.ndarray) -> np.ndarray:
@@ -51,53 +54,57 @@ class Beginnings:
         how many begin early.
         """
         rows = np.concatenate(self.found)
-        known = np.isfinite(rows.sum(axis=1))
+        known = np.isfinite(rows[:, 0])
         error = np.zeros(len(rows))
-        if np.count_nonzero(known & likely) < LEAST:
+        which = np.flatnonzero(known & likely)
+        if len(which) < LEAST:
             return error
-        share = _shares(self._evidence(rows[known]), likely[known])
-        if share is None:
+        if len(which) > LOOK:
+            some = rows[which[np.linspace(0, len(which) - 1, LOOK).astype(int)]]
+            if _fractions(self._evidence(some), 0.0) is None:
+                return error
+        evidence, likely = self._evidence(rows[known]), likely[known]
+        fraction = _fractions(evidence[likely], BEFORE)
+        if fraction is None:
             return error
+        share = fraction * _odds(evidence)
+        share /= share.sum(axis=1, keepdims=True)
         early = self.step * np.arange(BEFORE + 1.0)
         late = np.where(early > 0.0, np.maximum(shift[known, None] + early, 0.0), 0.0)
-        order = np.argsort(late[likely[known]], axis=None)
-        total = np.cumsum(share[likely[known]].ravel()[order])
-        usual = late[likely[known]].ravel()[order][np.searchsorted(total, 0.5 * total[-1])]
+        order = np.argsort(late[likely], axis=None)
+        total = np.cumsum(share[likely].ravel()[order])
+        usual = late[likely].ravel()[order][np.searchsorted(total, 0.5 * total[-1])]
         error[known] = np.sqrt(np.sum(share * (late - usual) ** 2, axis=1))
         return error
 
     def _evidence(self, rows: np.ndarray) -> np.ndarray:
         """Logarithm of the evidence of each number of early steps, from none on."""
-        power = float(np.median(np.mean(rows[:, BEFORE:] ** 2, axis=1)))
-        evidence = np.zeros((len(rows), BEFORE + 1))
+        quiet, evidence = rows[:, BEFORE:], np.zeros((len(rows), BEFORE + 1))
+        power = middle(np.einsum("ij,ij->i", quiet, quiet)) / quiet.shape[1]
         if power > 0.0:
             rows = rows / np.sqrt(power)
-            sums = np.zeros((ORDER + 2, ORDER + 2))
-            prediction_sums(rows, BEFORE, sums)
-            sums += np.triu(sums, 1).T
-            coefficients = np.linalg.lstsq(sums[1:, 1:], sums[1:, 0], rcond=None)[0]
+            coefficients = np.empty(ORDER + 1)
+            predictors(rows, BEFORE, coefficients)
             begun_before(rows, BEFORE, coefficients, POWERS, evidence[:, 1:])
         return evidence
 
 
-def _shares(evidence: np.ndarray, likely: np.ndarray) -> np.ndarray | None:
-    """Probability that each impact began so many steps early; None if none of them did.
+def _odds(evidence: np.ndarray) -> np.ndarray:
+    """Evidence over the greatest of each row."""
+    return np.asarray(np.exp(evidence - evidence.max(axis=1, keepdims=True)))
 
-    The fractions of the `likely` ones are those that maximise the probability of all. They count
-    if its logarithm gains more than one for each of them (Akaike): one impact in a hundred whose
-    noise rises by chance would otherwise make all others uncertain.
+
+def _fractions(evidence: np.ndarray, least: float) -> np.ndarray | None:
+    """The fractions of impacts that begin so many steps early under which all are likeliest.
+
+    They count if the logarithm of the probability gains more than `least`, one for each of them
+    (Akaike): one impact in a hundred whose noise rises by chance would otherwise make all others
+    uncertain. None if they do not.
     """
-    most = evidence.max(axis=1, keepdims=True)  # of none it is 0
-    odds = np.exp(evidence - most)
-    counted = odds[likely]
-    none = np.all(np.mean(counted / counted[:, :1], axis=0) <= 1.0)
-    if none or np.sum(most[likely]) <= BEFORE:
-        return None  # no fraction of others gains as much
+    if np.sum(evidence.max(axis=1)) <= least:
+        return None  # no fraction gains as much: of none the evidence is 0
+    odds = _odds(evidence)
     fraction = np.full(odds.shape[1], 0.1 / (odds.shape[1] - 1))
     fraction[0] = 0.9
-    for _ in range(ROUNDS):
-        fraction *= np.mean(counted / (counted @ fraction)[:, None], axis=0)
-    if np.sum(np.log(counted @ fraction / counted[:, 0])) <= BEFORE:
-        return None
-    share = fraction * odds
-    return np.asarray(share / share.sum(axis=1, keepdims=True))
+    gain = likeliest_fractions(odds, ROUNDS, fraction)
+    return fraction if gain > least else None

@@ -56,14 +56,14 @@ def stands_alone(x, i, beside):
 
 
 @njit(nogil=True)
-def lone_samples(x, attacks, valid, beside, reach, out):
+def lone_samples(x, attacks, beside, reach, out):
     """out[k]: whether an isolated sample is at attacks[k], between two samples.
 
     It is the one within `reach` of it that is furthest from the mean of its neighbours.
     """
     for k in range(len(attacks)):
-        first = max(int(attacks[k]) + 1 - reach, valid[0] + beside + 1)
-        last = min(int(attacks[k]) + 2 + reach, valid[1] - beside - 1)
+        first = max(int(attacks[k]) + 1 - reach, beside + 1)
+        last = min(int(attacks[k]) + 2 + reach, len(x) - beside - 1)
         at, most = -1, 0.0
         for i in range(first, last):
             off = abs(x[i] - 0.5 * (x[i - 1] + x[i + 1]))

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._core_kernels import count_equal
+
 SOME = 16  # samples, one of which is checked
 MUCH = 0.02  # share at the limits that a note is worth
 
@@ -32,10 +34,10 @@ class Limits:
             self.least, self.at_least = least, 0
         if greatest > self.greatest:
             self.greatest, self.at_greatest = greatest, 0
-        some = samples[::SOME].copy()
-        self.seen += len(some)
-        self.at_least += int(np.count_nonzero(some == self.least))
-        self.at_greatest += int(np.count_nonzero(some == self.greatest))
+        at_least, at_greatest = count_equal(samples, SOME, self.least, self.greatest)
+        self.seen += -(-len(samples) // SOME)
+        self.at_least += at_least
+        self.at_greatest += at_greatest
 
     @property
     def size(self) -> float:

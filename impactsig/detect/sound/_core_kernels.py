@@ -1,10 +1,16 @@
-"""Kernel for the samples of a core: extremes and the step of a converter."""
+"""Kernels for the cores of a record: extremes, the step of a converter, the least noise."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..._compiling.compiled import njit
+from ..signal.order_kernels import centre_of
+from .powers.band_kernels import ALMOST, TIMES_BACKGROUND
+
+BLOCKS, LEAST, GREATEST, RESOLUTION, STEP = range(5)  # columns of what is known of cores
+TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
+ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
 
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
@@ -38,3 +44,70 @@ def extremes(x):
             changes += 1
             step = min(step, away)
     return least, greatest, step if changes >= CHANGES else np.inf
+
+
+@njit(nogil=True)
+def put_extremes(x, per, out):
+    """Put the `extremes` of each core of `per` samples in its row of `out`."""
+    for k in range(len(out)):
+        least, greatest, step = extremes(x[k * per : (k + 1) * per])
+        out[k, LEAST], out[k, GREATEST], out[k, STEP] = least, greatest, step
+
+
+@njit(nogil=True)
+def count_equal(x, every, value, other):
+    """How many samples, of which one in so many is looked at, equal a value, and another."""
+    count = others = 0
+    for i in range(np.uint64(0), np.uint64(len(x)), np.uint64(every)):
+        count += x[i] == value
+        others += x[i] == other
+    return count, others
+
+
+@njit(nogil=True)
+def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
+    """out[:, k]: noise of core k, at least that of rounding and of the steps of a converter.
+
+    Rows are the octaves, of which white noise of power 1 has `gains`, the low octaves, and narrow
+    bands, of which it has `leakage`. The extremes, resolution and step are those of the `cores`
+    from near[k, 0] to before near[k, 1]. unresolved[k]: whether steps hide the noise of octaves.
+    """
+    octaves, bands = len(gains), len(noise) - len(leakage)
+    room = np.empty(octaves)
+    room[:] = gains
+    middle_gain = centre_of(room, octaves)
+    for k in range(noise.shape[1]):
+        size, resolution, step = -np.inf, 0.0, np.inf
+        for i in range(near[k, 0], near[k, 1]):
+            size = max(size, max(-cores[i, LEAST], cores[i, GREATEST]))
+            resolution = max(resolution, cores[i, RESOLUTION])
+            step = min(step, cores[i, STEP])
+        toggling = TOGGLING * step**2 if step < np.inf else 0.0
+        rounding, rounded = (resolution * size) ** 2, (ROUNDING * size) ** 2
+        for b in range(octaves):
+            room[b] = noise[b, k]
+            out[b, k] = max(noise[b, k], max(toggling * gains[b], rounding))
+        unresolved[k] = centre_of(room, octaves) < toggling * middle_gain / 3.0
+        # White noise of rounding or of a step is about as strong in the next octaves.
+        for b in range(octaves, bands):
+            out[b, k] = max(noise[b, k], max(rounding, toggling * gains[octaves - 1]))
+        for b in range(bands, len(noise)):
+            least = max(rounded, toggling) * leakage[b - bands]
+            out[b, k] = max(noise[b, k], least)
+
+
+@njit(nogil=True)
+def may_hum(bounded, noise, crests):
+    """Whether crests of hum may count in an octave of a core.
+
+    `bounded` is the noise of octaves (octaves, cores), `noise` that of the bands below them, for
+    which noise of power 1 has `crests` (octaves, bands) in the octaves.
+    """
+    for k in range(noise.shape[1]):
+        for b in range(crests.shape[0]):
+            total = 0.0
+            for i in range(crests.shape[1]):
+                total += crests[b, i] * noise[i, k]
+            if total > ALMOST * TIMES_BACKGROUND * bounded[b, k]:
+                return True
+    return False

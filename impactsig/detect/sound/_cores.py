@@ -8,17 +8,18 @@ of the step of the converter; `background` (`powers/floor.py`) accounts for stro
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
 
-from ._core_kernels import extremes
+from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extremes
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
-from ._nearby import middle
+from ._level_kernels import PART, PER
+from ._rise_kernels import LOW
 from .powers.band_kernels import background
-from .powers.bands import ROUNDING, Bands, degrees_of_freedom
+from .powers.bands import Bands, degrees_of_freedom
 from .powers.fades import beside_fades
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.holes import has_holes
@@ -26,19 +27,6 @@ from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
-PER = BLOCK // GROUP  # frames of the narrow bands that share one background
-PART = 8  # frames of the octaves that share one power that the background is read from
-TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
-
-
-class Core(NamedTuple):
-    """What is known of the samples of CORE frames, or fewer at the end of a segment."""
-
-    blocks: int
-    least: float
-    greatest: float
-    resolution: float  # of the numbers that hold the samples
-    step: float  # least difference of two samples in a row; infinite if there is none
 
 
 class Levels(NamedTuple):
@@ -46,14 +34,12 @@ class Levels(NamedTuple):
 
     parts: np.ndarray  # (octaves, PARTs in whole BLOCKs)
     parts_sound: np.ndarray  # those that digital silence does not touch
-    octaves: np.ndarray  # (octaves, BLOCKs)
-    low: np.ndarray  # (low octaves, BLOCKs)
-    bands: np.ndarray  # (bands, BLOCKs)
+    means: np.ndarray  # (octaves, low octaves and bands; BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
     silent: np.ndarray  # PARTs that are digital silence
-    steps: np.ndarray  # beside it (`edge_steps`)
-    falls: np.ndarray  # of bands (`falls_of`)
-    cores: list[Core]
+    steps: tuple[np.ndarray, np.ndarray]  # where it ends and begins (`edge_steps`)
+    falls: tuple[int, ...]  # of bands (`falls_of`)
+    cores: np.ndarray  # (cores, columns), as by `cores_of`
 
     @property
     def blocks(self) -> int:
@@ -62,12 +48,11 @@ class Levels(NamedTuple):
 
 @dataclass
 class Backgrounds:
-    """Works out the background window by window. `low_bias` is that of `noise_power`."""
+    """Works out the background window by window."""
 
     scale: Scale
     rate: float
     bands: Bands
-    low_bias: np.ndarray
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
@@ -78,13 +63,11 @@ class Backgrounds:
     def __post_init__(self) -> None:
         scale = self.scale
         self.gains = white_gains(scale)
-        self.middle_gain = middle(self.gains)
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
-        self.part_bias = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+        self.part_bias, self.mean_bias = biases_at(scale, self.rate)
         self.hum_crests = crests_at(scale, self.rate, self.bands.hop)
         self.below = bands_below(scale, self.rate, self.bands.hop)
-        self.mean_bias = quantile_bias(degrees_of_freedom(self.rate, GROUP * scale.hop, PER))
 
     @property
     def unresolved(self) -> bool:
@@ -96,67 +79,58 @@ class Backgrounds:
         """Whether a codec left holes in most of the record."""
         return self.with_holes > 0.5 * len(self.noise)
 
-    def of(self, windows: list[Levels], which: int) -> list[np.ndarray]:
-        """Of octaves, low ones and narrow bands, in the BLOCKs of one window of these in a row."""
+    def of(self, windows: list[Levels], which: int) -> np.ndarray:
+        """That of octaves, low ones and bands in the BLOCKs of one window of these in a row."""
         parts = np.concatenate([one.parts for one in windows], axis=1)
-        parts_sound, sound = (
-            np.concatenate([getattr(one, name) for one in windows])
-            for name in ("parts_sound", "sound")
-        )
-        steps = np.concatenate([one.steps for one in windows])
-        if len(steps):
+        audible = np.concatenate([one.parts_sound for one in windows])
+        sound = np.concatenate([one.sound for one in windows])
+        steps = [np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)]
+        if len(steps[0]) or len(steps[1]):
             silent = np.concatenate([one.silent for one in windows])
-            fading = beside_fades(steps, parts_sound, silent, PART * self.scale.hop / self.rate)
+            fading = beside_fades(steps, audible, silent, PART * self.scale.hop / self.rate)
             if fading is not None:
-                parts_sound &= ~fading
+                audible &= ~fading
                 sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        holes = has_holes(np.sum([one.falls for one in windows], axis=0))
-        cores = [core for one in windows for core in one.cores]
-        blocks = [core.blocks for core in cores]
+        pairs, deep, crossing = (sum([one.falls[k] for one in windows]) for k in range(3))
+        holes = has_holes(pairs, deep, crossing)
+        cores = np.concatenate([one.cores for one in windows])
+        blocks = cores[:, BLOCKS].astype(int).tolist()
         first = sum(len(one.cores) for one in windows[:which])
-        at, count = sum(blocks[:first]), len(windows[which].cores)
+        count = len(windows[which].cores)
+        begins = np.array([0, *accumulate(blocks)])[first : first + count + 1]
+        at = int(begins[0])
         skipped, last = max(at - self.within, 0), at + windows[which].blocks + self.within
-        octaves, low, bands = (
-            _columns([getattr(one, name) for one in windows], skipped, last)
-            for name in ("octaves", "low", "bands")
-        )
-        ends = at + np.cumsum(blocks[first : first + count])
-        begins = ends - blocks[first : first + count]
-        begins = np.maximum(begins - self.within, 0)
-        ends = np.minimum(ends + self.within, len(sound))
-        of_near = begins - skipped, ends - skipped
+        means = _columns([one.means for one in windows], skipped, last)
+        ends = np.minimum(begins[1:] + self.within, len(sound))
+        begins = np.maximum(begins[:-1] - self.within, 0)
+        octaves, narrow = len(parts), len(means) - len(self.bands.first)
+        noise = np.empty((len(means), count))
         near_parts = BLOCK // PART * begins, BLOCK // PART * ends
-        sound = sound[skipped:last]
-        noises = (
-            noise_power(parts, parts_sound, near_parts, self.part_bias, holes),
-            noise_power(low, sound, of_near, self.low_bias, holes),
-            noise_power(bands, sound, of_near, self.mean_bias, holes),
-        )
-        for k in range(count):
-            of_octaves, of_low, of_bands = (noise[:, k] for noise in noises)
-            near = slice(*reaching(blocks, first + k, self.within))
-            _, least, greatest, resolution, step = zip(*cores[near], strict=True)
-            toggling = TOGGLING * min(step) ** 2 if math.isfinite(min(step)) else 0.0
-            size = max(-min(least), max(greatest))
-            rounding = (max(resolution) * size) ** 2
-            self.noise.append(of_octaves.copy())
-            self.with_holes += holes
-            self.below_step += middle(of_octaves) < toggling * self.middle_gain / 3.0
-            np.maximum(of_octaves, np.maximum(toggling * self.gains, rounding), out=of_octaves)
-            # White noise of rounding or of a step is about as strong in the next octaves.
-            np.maximum(of_low, max(rounding, toggling * self.gains[-1]), out=of_low)
-            hum = hum_bands(of_octaves, of_bands, self.hum_crests, self.below)
-            if hum:
-                crest = self.hum_crests[:, : self.below] @ of_bands[: self.below]
-                self.hum = max(self.hum, hum)
-                self.hum_crest = max(self.hum_crest, float((crest / of_octaves).max()))
-            leakage = max((ROUNDING * size) ** 2, toggling) * self.bands.gain
-            np.maximum(of_bands, leakage, out=of_bands)
-        out = []
-        for noise, means in zip(noises, (octaves, low, bands), strict=True):
-            out.append(np.empty((len(noise), windows[which].blocks)))
-            background(noise, CORE // BLOCK, means, at - skipped, self.nearby, out[-1])
+        noise[:octaves] = noise_power(parts, audible, near_parts, self.part_bias, holes)
+        noise[octaves:] = noise_power(
+            means[octaves:], sound[skipped:last], (begins - skipped, ends - skipped),
+            self.mean_bias, holes,
+        )  # fmt: skip
+        near = np.array([reaching(blocks, first + k, self.within) for k in range(count)])
+        bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
+        bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
+        self.noise.extend(noise[:octaves].T.copy())
+        self.with_holes += count * holes
+        self.below_step += int(np.count_nonzero(unresolved))
+        if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
+            for k in range(count):
+                self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
+        out = np.empty((len(means), windows[which].blocks))
+        background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
         return out
+
+    def _hear_hum(self, octaves: np.ndarray, bands: np.ndarray) -> None:
+        """Note the hum of a core, given its noise."""
+        hum = hum_bands(octaves, bands, self.hum_crests, self.below)
+        if hum:
+            crest = self.hum_crests[:, : self.below] @ bands[: self.below]
+            self.hum = max(self.hum, hum)
+            self.hum_crest = max(self.hum_crest, float((crest / octaves).max()))
 
 
 def _columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
@@ -173,13 +147,18 @@ def window_size(scale: Scale) -> int:
     return max(LENGTH // (CORE * scale.hop), 1) * CORE * scale.hop
 
 
-def cores_of(samples: np.ndarray, hop: int) -> list[Core]:
-    """The cores of a window."""
-    resolution, out = resolution_of(samples.dtype), []
-    for k in range(0, len(samples), CORE * hop):
-        part = samples[k : k + CORE * hop]
-        least, greatest, step = extremes(part)
-        out.append(Core(-(-len(part) // (BLOCK * hop)), least, greatest, resolution, step))
+def cores_of(samples: np.ndarray, hop: int) -> np.ndarray:
+    """What is known of the samples of each core of a window, or part of one at its end.
+
+    Columns are its BLOCKS, the LEAST and the GREATEST sample, the RESOLUTION of the numbers that
+    hold them, and the STEP, the least difference of two in a row, infinite if there is none.
+    """
+    size = CORE * hop
+    out = np.empty((-(-len(samples) // size), 5))
+    out[:, BLOCKS] = CORE // BLOCK
+    out[-1, BLOCKS] = -(-(len(samples) - (len(out) - 1) * size) // (BLOCK * hop))
+    out[:, RESOLUTION] = resolution_of(samples.dtype)
+    put_extremes(samples, size, out)
     return out
 
 
@@ -199,6 +178,15 @@ def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
 def resolution_of(kind: np.dtype) -> float:
     """Relative resolution of numbers of a kind; 0 for integers."""
     return float(np.finfo(kind).eps) if np.issubdtype(kind, np.floating) else 0.0
+
+
+@functools.lru_cache(maxsize=8)
+def biases_at(scale: Scale, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Bias of `noise_power` of the octaves, and of the low octaves and narrow bands."""
+    octaves = quantile_bias(PART * scale.hop / 2.0 ** (1 + np.arange(scale.octaves)))
+    low = quantile_bias(BLOCK / 2.0 ** (1 + np.arange(LOW)))
+    bands = quantile_bias(degrees_of_freedom(rate, GROUP * scale.hop, PER))
+    return octaves, np.concatenate((low, bands))
 
 
 @functools.lru_cache(maxsize=8)

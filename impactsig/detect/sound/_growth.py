@@ -10,17 +10,12 @@ it began at once: with G the logarithm of the greatest power over the first, 1 -
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-SLICE = 0.125e-3  # [s]
-SPANS = 1, 2, 4  # slices in each of the two times
-NOISE = 2, 8  # slices before the attack in which noise is measured
-PEAK = 2  # slices of the greatest power
-AFTER = 24  # slices after the attack in which that is looked for
-VARIED = 0.5  # standard deviation of the logarithm of the power of sounds at the same age
+from ._growth_kernels import AFTER, NOISE, SLICE, add_powers, spread_of
+
 FAINTEST = 1e-300  # energy whose reciprocal is finite
 LEAST = 5  # sounds that show it
 
@@ -43,42 +38,8 @@ class Growth:
     def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
         """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
         first = self.before - self.lead
-        near = sounds[:, first : first + len(self.total)][likely]
-        power = near * near
-        energy = power[:, self.lead :].sum(axis=1)
-        some = energy > FAINTEST
-        weight = np.where(some, 1.0 / np.where(some, energy, 1.0), 0.0)
-        self.total[: power.shape[1]] += weight @ power
-        self.count += int(np.count_nonzero(some))
+        self.count += add_powers(sounds, likely, first, self.lead, FAINTEST, self.total)
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""
         return spread_of(self.total, self.lead, self.rate) if self.count >= LEAST else 0.0
-
-
-def spread_of(total: np.ndarray, before: int, rate: float) -> float:
-    """Standard deviation [samples] of instants about which sounds have this power in `total`.
-
-    It is 0 where the rate is too low, or `total` too short before `before`, to tell.
-    """
-    size = SLICE * rate
-    last = min(AFTER, int((len(total) - before) / size))
-    edges = before + np.rint(size * np.arange(-NOISE[1], last + 1)).astype(int)
-    if size < 1.0 or edges[0] < 0:
-        return 0.0
-    slices, widths = np.diff(np.concatenate(([0.0], np.cumsum(total)))[edges]), np.diff(edges)
-    quiet = slice(0, NOISE[1] - NOISE[0])
-    noise = slices[quiet].sum() / widths[quiet].sum()
-    power = (slices / widths - noise)[NOISE[1] :]
-    growth = 0.0
-    for span in SPANS:
-        first, second = power[:span].mean(), power[span : 2 * span].mean()
-        if second > first > 0.0:
-            growth = max(growth, math.log(second / first) / (span * size))
-    level = np.convolve(power, np.full(PEAK, 1.0 / PEAK), mode="valid")
-    at, greatest = int(level.argmax()), level.max()
-    if not (greatest > level[0] > 0.0 and growth > 0.0):
-        return 0.0
-    rise = math.log(greatest / level[0])
-    growth = max(growth, rise / (at * size))  # as it is until then on the mean
-    return -VARIED / growth * math.expm1(-(rise**2))

@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._lane_kernels import fused
+from ._lane_kernels import fused, logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
+STEP = 4  # frames from one likelihood to the next
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
 TOGETHER = 512  # frames, or details, that stay in the nearest memory
 EDGE = 4  # frames beside a stretch that its octave powers depend on
@@ -110,97 +111,74 @@ def mean_squares(values, per, out):
 
 
 @fused
-def part_means(power, first, groups, per, real, parts, counted, silent):
-    """Mean powers of `per` frames each, in so many GROUPs from frame `first` on.
+def octave_rise(power, first, scale, background, weights, after, every, out):
+    """Rise of the octaves at each frame, power[:, first] and those that follow.
 
-    silent[g]: whether all power of GROUP g - 2 is 0, two before and two after them included;
-    counted[i]: whether the frames of part i lie between those of `real` and no silence touches
-    them. `per` is 8.
-    """
-    octaves, each = power.shape[0], GROUP // per
-    for g in range(groups + 4):
-        at = first + (g - 2) * GROUP
-        silent[g] = real[0] <= at and at + GROUP <= real[1]
-        for b in range(octaves):
-            if silent[g]:
-                for j in range(at, at + GROUP):
-                    if power[b, j] != 0.0:
-                        silent[g] = False
-                        break
-    for b in range(octaves):
-        for i in range(groups * each):
-            p = power[b, first + i * per : first + (i + 1) * per]
-            total = ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]))
-            parts[b, i] = total / per
-    for g in range(groups):
-        heard = not (silent[g + 1] or silent[g + 2] or silent[g + 3])
-        for i in range(g * each, (g + 1) * each):
-            at = first + i * per
-            counted[i] = heard and real[0] <= at and at + per <= real[1]
-
-
-@fused
-def both_sides(power, first, count, scale, after, before):
-    """Mean powers over `forward` frames from each frame on, and over `past` before it."""
-    weights = 2.0 * np.arange(scale.forward, 0, -1) / (scale.forward * (scale.forward + 1.0))
-    for b in range(power.shape[0]):
-        for begin in range(0, count, TOGETHER):
-            size, at = min(TOGETHER, count - begin), first + begin
-            later, earlier = after[b, begin : begin + size], before[b, begin : begin + size]
-            later[:] = 0.0
-            earlier[:] = 0.0
-            # Frame by frame in the inner loop: it runs in vector lanes; four at a time.
-            k = 0
-            while k + 4 <= scale.forward:
-                w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
-                row = power[b, at + k : at + k + size + 3]
-                for j in range(size):
-                    first_two = later[j] + w0 * row[j] + w1 * row[j + 1]
-                    later[j] = first_two + w2 * row[j + 2] + w3 * row[j + 3]
-                k += 4
-            while k < scale.forward:
-                row = power[b, at + k : at + k + size]
-                for j in range(size):
-                    later[j] += weights[k] * row[j]
-                k += 1
-            k = 1
-            while k + 3 <= scale.past:
-                row = power[b, at - k - 3 : at - k + size]
-                for j in range(size):
-                    earlier[j] = earlier[j] + row[j + 3] + row[j + 2] + row[j + 1] + row[j]
-                k += 4
-            while k <= scale.past:
-                row = power[b, at - k : at - k + size]
-                for j in range(size):
-                    earlier[j] += row[j]
-                k += 1
-            for j in range(size):
-                earlier[j] /= scale.past
-
-
-@fused
-def octave_rise(after, before, background, weights, out):
-    """out[j]: mean over the octaves of max(0, ln(after / max(before, 2 background))).
+    after[b, j]: mean power over `forward` frames from frame j on, weighted by a line that falls to
+    zero. every[0] and every[1]: that, and the mean over `past` frames before, of every STEP-th
+    frame. out[j]: mean over the octaves of max(0, ln(after / max(before, 2 background))).
 
     `background` holds a power for each octave and each BLOCK of frames.
     """
-    count = after.shape[1]
-    ratio = np.empty(BLOCK)
+    count, forward, past = after.shape[1], scale.forward, scale.past
+    falling = 2.0 * np.arange(forward, 0, -1) / (forward * (forward + 1.0))
+    level = np.full(past, 1.0 / past)
+    before, ratio = np.empty(TOGETHER), np.empty(BLOCK)
     out[:] = 0.0
-    for begin in range(0, count, BLOCK):
-        size = min(BLOCK, count - begin)
-        for b in range(after.shape[0]):
-            least = 2.0 * background[b, begin // BLOCK]
-            now, then = after[b, begin : begin + size], before[b, begin : begin + size]
-            # What needs no logarithm runs in vector lanes.
-            risen = 0
-            for j in range(size):
-                base = then[j] if then[j] > least else least
-                ratio[j] = now[j] / base if now[j] > base > 0.0 else 1.0
-                risen += ratio[j] > 1.0
-            for j in range(size if risen else 0):
-                if ratio[j] > 1.0:
-                    out[begin + j] += weights[b] * np.log(ratio[j])
+    for begin in range(0, count, TOGETHER):
+        size, at = min(TOGETHER, count - begin), first + begin
+        for b in range(power.shape[0]):
+            later, earlier = after[b, begin : begin + size], before[:size]
+            weighted_sums(power[b, at : at + size + forward - 1], falling, later)
+            weighted_sums(power[b, at - past : at + size - 1], level, earlier)
+            for i in range((size + STEP - 1) // STEP):
+                every[0, b, begin // STEP + i] = later[STEP * i]
+                every[1, b, begin // STEP + i] = earlier[STEP * i]
+            for start in range(0, size, BLOCK):
+                end = min(start + BLOCK, size)
+                least = 2.0 * background[b, (begin + start) // BLOCK]
+                own = out[begin + start : begin + end]
+                add_rise(later[start:end], earlier[start:end], least, weights[b], ratio, own)
+
+
+@fused
+def weighted_sums(values, weights, out):
+    """out[j]: sum over k of weights[k] values[j + k], in sequence.
+
+    Value by value in the inner loop, which runs in vector lanes, with some weights at a time.
+    """
+    k = 0
+    out[:] = 0.0
+    while k + 8 <= len(weights):
+        w, row = weights[k : k + 8], values[k:]
+        w0, w1, w2, w3, w4, w5, w6, w7 = w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]
+        for j in range(len(out)):
+            total = out[j] + w0 * row[j] + w1 * row[j + 1] + w2 * row[j + 2] + w3 * row[j + 3]
+            total += w4 * row[j + 4]
+            out[j] = total + w5 * row[j + 5] + w6 * row[j + 6] + w7 * row[j + 7]
+        k += 8
+    while k < len(weights):
+        w0, row = weights[k], values[k:]
+        for j in range(len(out)):
+            out[j] += w0 * row[j]
+        k += 1
+
+
+@fused
+def add_rise(after, before, least, weight, ratio, out):
+    """Add the weight times the logarithm of the ratio of `after` to `before`, at least `least`.
+
+    Only where that is positive. `ratio` is scratch of a BLOCK.
+    """
+    risen = 0
+    for j in range(len(out)):
+        base = before[j] if before[j] > least else least
+        ratio[j] = after[j] / base if after[j] > base > 0.0 else 1.0
+        risen += ratio[j] > 1.0
+    if risen:
+        logarithms(ratio[: len(out)])
+        for j in range(len(out)):
+            out[j] += weight * ratio[j]
 
 
 @fused

@@ -27,6 +27,8 @@ _WHOLE_BITS = np.float64(_WHOLE).view(np.int64)
 _LOG2_E = 1.0 / math.log(2.0)
 _LN2_HIGH = 6.93147180369123816490e-01  # ln 2 to 33 bits: times k it is exact
 _LN2_LOW = 1.90821492927058770002e-10  # what that leaves
+_SIGN, _BUT_SIGN = np.int64(63), np.int64(2**63 - 1)  # place of the sign, bits of all the rest
+_LEAST = np.int64(-(2**63))
 _LOWEST = -700.0  # exponentials of less are that of it, 1e-304
 
 
@@ -66,6 +68,19 @@ def exponentials(x):
         bits = np.float64(series).view(np.int64)
         bits += np.float64(shifted).view(np.int64) << _MANTISSA
         x[i] = np.int64(bits).view(np.float64)
+
+
+@njit(nogil=True)
+def greatest_of(values):
+    """The greatest of numbers, none of which is NaN.
+
+    Bits of numbers, those of negative ones inverted but for the sign, are whole numbers in the same
+    order, whose greatest is found in lanes.
+    """
+    bits, most = values.view(np.int64), _LEAST
+    for i in range(np.uint64(len(bits))):
+        most = max(most, np.int64(bits[i] ^ ((bits[i] >> _SIGN) & _BUT_SIGN)))
+    return np.int64(most ^ ((most >> _SIGN) & _BUT_SIGN)).view(np.float64)
 
 
 @njit(nogil=True, fastmath={"reassoc", "nsz"})

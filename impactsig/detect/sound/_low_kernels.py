@@ -6,16 +6,18 @@ import numpy as np
 
 from ._lane_kernels import exponentials, fused, logarithms, reordered
 
+NOTHING = 1e-12  # of the sum of squares of a value that others predict
+
 
 @reordered
-def low_before(x, last, earliest, step, out):
+def low_before(x, last, step, out):
     """out[i, k]: mean of x under a triangle that ends k steps before the sample last[i].
 
     Each reaches a step to either side of its greatest weight, 1; a row holds the latest first. NaN
-    where samples before `earliest` would be needed.
+    where samples before the first of x would be needed.
     """
     for i in range(len(out)):
-        if last[i] - (out.shape[1] + 1) * step + 2 < earliest:
+        if last[i] - (out.shape[1] + 1) * step + 2 < 0:
             out[i] = np.nan
             continue
         for k in range(out.shape[1]):
@@ -29,14 +31,15 @@ def low_before(x, last, earliest, step, out):
 
 
 @reordered
-def prediction_sums(rows, before, sums):
-    """Add to `sums` the products of values and of those before them, by lags, and of 1, the last.
+def predictors(rows, before, coefficients):
+    """Coefficients that predict values by the ones before them, by lags, and of 1, the last.
 
     Values come the latest first; those from `before` on count, each row by its power there
-    relative to 1. The upper half is filled.
+    relative to 1. A coefficient is 0 where the others leave nothing to it.
     """
-    order = len(sums) - 2
+    order = len(coefficients) - 1
     count = rows.shape[1] - order - before
+    sums = np.zeros((order + 2, order + 2))  # of products: the upper half
     for row in rows:
         power = 0.0
         for k in range(count):
@@ -53,6 +56,19 @@ def prediction_sums(rows, before, sums):
                 for k in range(count):
                     total += one[k] * other[k]
                 sums[i, j] += weight * total
+    least = np.empty(order + 2)
+    for k in range(order + 2):
+        least[k] = NOTHING * sums[k, k]
+    for k in range(1, order + 2):
+        for i in range(k + 1, order + 2):
+            share = sums[k, i] / sums[k, k] if sums[k, k] > least[k] else 0.0
+            sums[0, i] -= share * sums[0, k]
+            for j in range(i, order + 2):
+                sums[i, j] -= share * sums[k, j]
+    for k in range(order + 1, 0, -1):
+        for j in range(k + 1, order + 2):
+            sums[0, k] -= sums[k, j] * coefficients[j - 1]
+        coefficients[k - 1] = sums[0, k] / sums[k, k] if sums[k, k] > least[k] else 0.0
 
 
 @fused
@@ -102,3 +118,36 @@ def begun_before(rows, before, coefficients, powers, evidence):
                 total += ratio[k * each + j]
             evidence[i, k] = total / (each - 1)
         logarithms(evidence[i])
+
+
+@reordered
+def likeliest_fractions(odds, rounds, fraction):
+    """Set the fractions of a mixture to the likeliest, and return by how much these gain.
+
+    odds[i, n] is the likelihood of row i if it is of kind n. So many rounds of expectation and
+    maximisation begin with the given fractions; the gain is that of the log-likelihood over a
+    fraction of 1 for the first kind, and 0 if each other one would make it less.
+    """
+    count, kinds = odds.shape
+    total, gain = np.zeros(kinds), 0.0
+    for i in range(count):
+        for n in range(kinds):
+            total[n] += odds[i, n] / odds[i, 0]
+    if total.max() <= count:
+        return 0.0
+    for _ in range(rounds):
+        total[:] = 0.0
+        for i in range(count):
+            likely = 0.0
+            for n in range(kinds):
+                likely += fraction[n] * odds[i, n]
+            for n in range(kinds):
+                total[n] += odds[i, n] / likely
+        for n in range(kinds):
+            fraction[n] *= total[n] / count
+    for i in range(count):
+        likely = 0.0
+        for n in range(kinds):
+            likely += fraction[n] * odds[i, n]
+        gain += np.log(likely / odds[i, 0])
+    return gain

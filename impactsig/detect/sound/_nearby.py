@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ._kernels import GROUP
-from ._nearby_kernels import as_high_near, ends_about, greatest_about, ranked_between
+from ._nearby_kernels import (
+    as_high_near,
+    crests_apart,
+    ends_about,
+    greatest_about,
+    ranked_between,
+    strongest_about,
+)
 
 CRESTS = 40.0  # a second, that only rattling makes
 UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
@@ -21,7 +28,7 @@ def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
 
 def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
     """The GROUP, of so many, whose first frame is nearest to each frame."""
-    return np.minimum(np.maximum(np.rint(frame / GROUP).astype(int), 0), count - 1)
+    return np.minimum(np.rint(frame / GROUP).astype(int), count - 1)
 
 
 def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
@@ -29,8 +36,7 @@ def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: f
     if not silent.any():
         return np.ones(len(place))
     reach = round(within / (GROUP * seconds))
-    quiet = local_mean(silent, reach, reach)
-    return 1.0 - quiet[nearest_group(place, len(quiet))]
+    return 1.0 - local_mean(silent, nearest_group(place, len(silent)), reach, reach)
 
 
 def crowd(
@@ -106,12 +112,27 @@ def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.nda
     return out
 
 
-def local_mean(values: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Mean of each value and of those so many before and after it."""
-    total = np.concatenate(([0.0], np.cumsum(values)))
-    index = np.arange(len(values))
-    low, high = np.maximum(index - before, 0), np.minimum(index + after + 1, len(values))
+def local_mean(values: np.ndarray, at: np.ndarray, before: int, after: int) -> np.ndarray:
+    """Mean of the value at each place and of those so many before and after it."""
+    total = np.zeros(len(values) + 1)
+    np.cumsum(values, out=total[1:])
+    low, high = np.maximum(at - before, 0), np.minimum(at + after + 1, len(values))
     return np.maximum(total[high] - total[low], 0.0) / (high - low)
+
+
+def strongest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
+    """Index of the greatest value at most `reach` from each place; the first of equal ones.
+
+    Places beyond the ends are those of the first and the last value.
+    """
+    index = np.empty(len(at), np.int64)
+    strongest_about(values, at, reach, index)
+    return index
+
+
+def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
+    """The greatest value at most `reach` from each place."""
+    return np.asarray(values[strongest_beside(values, at, reach)])
 
 
 def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:
@@ -140,13 +161,7 @@ def middles(rows: np.ndarray) -> np.ndarray:
     return np.asarray(0.5 * (ordered[(len(rows) - 1) // 2] + ordered[len(rows) // 2]))
 
 
-def separate_crests(values: np.ndarray, reach: int) -> np.ndarray:
-    """Indices of positive values that none within `reach` exceeds; the first of equal ones."""
-    crests = np.flatnonzero((values > 0) & (values == greatest_within(values, reach)))
-    if (np.diff(crests) > reach).all():  # no two are equal
-        return crests
-    kept: list[int] = []
-    for k in crests.tolist():
-        if not kept or k - kept[-1] > reach:
-            kept.append(k)
-    return np.array(kept, np.intp)
+def separate_crests(values: np.ndarray, reach: int, least: float = 0.0) -> np.ndarray:
+    """Indices of values above `least` that none within `reach` exceeds; the first of equals."""
+    found = np.empty(len(values) // (reach + 1) + 1, np.int64)
+    return found[: crests_apart(values, reach, least, found)]

@@ -68,6 +68,48 @@ def greatest_between(values, first, last, out):
 
 
 @njit(nogil=True)
+def crests_apart(values, reach, least, out):
+    """Indices of values above `least` that none within `reach` exceeds; the first of equal ones.
+
+    Returns their number.
+    """
+    found, j = 0, 0
+    while j < len(values):
+        ahead = j + 1
+        if values[j] > least:
+            end = min(j + reach + 1, len(values))
+            while ahead < end and values[ahead] <= values[j]:
+                ahead += 1
+            if ahead == end:  # else those until the one that exceeds it are no crests either
+                k = max(j - reach, 0)
+                while k < j and values[k] <= values[j]:
+                    k += 1
+                if k == j:
+                    out[found] = j
+                    found += 1
+                else:
+                    ahead = j + 1
+        j = ahead
+    return found
+
+
+@njit(nogil=True)
+def strongest_about(values, at, reach, out):
+    """out[k]: index of the greatest value at most `reach` from at[k]; the first of equal ones.
+
+    Places beyond the ends are those of the first and the last value.
+    """
+    last = len(values) - 1
+    for k in range(len(at)):
+        place = min(max(at[k], 0), last)
+        best = max(place - reach, 0)
+        for i in range(best + 1, min(place + reach, last) + 1):
+            if values[i] > values[best]:
+                best = i
+        out[k] = best
+
+
+@njit(nogil=True)
 def greatest_about(place, height, reach, queue, out):
     """out[k]: the greatest height from place[k] - reach to before place[k] + reach, and at it.
 

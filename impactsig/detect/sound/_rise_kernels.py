@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..signal.order_kernels import select
-from ._kernels import BLOCK, halve_and_square
+from ._kernels import BLOCK, STEP, halve_and_square
 from ._lane_kernels import fused
 
-STEP = 4  # frames from one likelihood to the next
 LOW = 3  # octaves below those that a frame has a coefficient of
 DEEPEST = 2**LOW  # frames of a coefficient of the lowest
 PART = 32  # frames that share one power
@@ -60,50 +59,34 @@ def raise_likelihood(after, before, per, parts, first, bias, background, freedom
     where what is usual in `parts` counts as well. `out` has as many values, or twice as many.
     """
     same, half, count = -(-len(out) // len(after)), 0.5 * freedom, len(after)
-    ratio, near = np.empty(count), np.empty(LOCAL)
+    near = np.empty(LOCAL)
     for block in range(-(-count // per)):
         begin, end = block * per, min((block + 1) * per, count)
-        now, then, x = after[begin:end], before[begin:end], ratio[begin:end]
-        least = background[block]
-        if not over_base(now, then, least, clear, x):
+        now, then, least = after[begin:end], before[begin:end], background[block]
+        if not clear_rises(now, then, least, clear):
             continue
         usual = usual_power(parts, first, block, least * bias, near) / bias
-        if usual > least and not over_base(now, then, usual, clear, x):
-            continue
+        if usual > least:
+            least = usual
+            if not clear_rises(now, then, least, clear):
+                continue
         for i in range(begin, end):
-            if ratio[i] > clear:
-                likelihood = half * (ratio[i] - 1.0 - np.log(ratio[i]))
+            base = before[i] if before[i] > least else least
+            if after[i] > clear * base and base > 0.0:
+                ratio = after[i] / base
+                likelihood = half * (ratio - 1.0 - np.log(ratio))
                 for j in range(same * i, min(same * (i + 1), len(out))):
                     out[j] = max(out[j], likelihood)
 
 
 @fused
-def over_base(after, before, least, clear, out):
-    """out[i]: ratio of `after` to `before`, at least `least`; 1 if less. How many are `clear`."""
+def clear_rises(after, before, least, clear):
+    """At how many places `after` is `clear` times what was `before`, at least `least`."""
     rises = 0
-    for i in range(len(out)):
+    for i in range(np.uint64(len(after))):
         base = before[i] if before[i] > least else least
-        ratio = after[i] / base
-        out[i] = ratio if ratio > 1.0 and base > 0.0 else 1.0
-        rises += out[i] > clear
+        rises += after[i] > clear * base
     return rises
-
-
-@fused
-def octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out):
-    """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
-
-    `after` and `before` are mean powers of every frame; the first part of BLOCK 0 is
-    parts[:, first].
-    """
-    now, then = np.empty(len(out)), np.empty(len(out))
-    for b in range(after.shape[0]):
-        for i in range(len(out)):
-            now[i], then[i] = after[b, STEP * i], before[b, STEP * i]
-        raise_likelihood(
-            now, then, BLOCK // STEP, parts[b], first, bias[b], background[b], freedom[b],
-            clear[b], out,
-        )  # fmt: skip
 
 
 @fused
@@ -132,3 +115,27 @@ def low_likelihood(power, left, size, width, parts, first, bias, background, fre
     raise_likelihood(
         after, before, BLOCK // (STEP * same), parts, first, bias, background, freedom, clear, out
     )
+
+
+@fused
+def rise_likelihood(
+    every, low, left, size, width, parts, first, bias, background, freedom, clear, out
+):  # fmt: skip
+    """Raise out[i] to the likelihood of a rise at frame STEP i in one of the octaves.
+
+    `every` are the mean powers after and before these frames; the low octaves, of size[k] frames a
+    coefficient and width[k] of these a mean, have the powers low[k], from `left` frames before the
+    first frame on. The first part of BLOCK 0 is parts[:, first].
+    """
+    octaves = every.shape[1]
+    for b in range(octaves):
+        raise_likelihood(
+            every[0, b], every[1, b], BLOCK // STEP, parts[b], first, bias[b], background[b],
+            freedom[b], clear[b], out,
+        )  # fmt: skip
+    for k in range(len(size)):
+        b = octaves + k
+        low_likelihood(
+            low[k], left // size[k], size[k], width[k], parts[b], first, bias[b], background[b],
+            freedom[b], clear[b], out,
+        )  # fmt: skip

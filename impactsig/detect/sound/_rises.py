@@ -21,24 +21,21 @@ import functools
 
 import numpy as np
 
-from ._kernels import BLOCK, EDGE, Scale
+from ._kernels import EDGE, Scale
 from ._rise_kernels import (
     DEEPEST,
     LOW,
     PART,
-    STEP,
-    low_likelihood,
     low_powers,
-    octave_likelihood,
+    rise_likelihood,
 )
-from .powers.floor import quantile_bias
 
 FEWEST = 4  # coefficients of a mean
 CLEAR = 3.0  # H without a rise: smaller values mean little
 
 
 class Rises:
-    """Takes H window by window; the scratch that it needs is kept."""
+    """Takes H window by window."""
 
     def __init__(self, scale: Scale) -> None:
         self.octaves = scale.octaves
@@ -51,31 +48,25 @@ class Rises:
         frames = np.concatenate((np.ones(scale.octaves), size))
         coefficients = PART * per / frames
         self.median_bias = (1.0 - 2.0 / (9.0 * coefficients)) ** 3
-        # Numbers of Python: what numpy's cost a kernel to unpack is as much as its work.
-        columns = size, low, *(v[-LOW:] for v in (self.median_bias, self.freedom, self.clear))
-        self.low = list(zip(*(column.tolist() for column in columns), strict=True))
-        self.level_bias = quantile_bias(BLOCK / size.astype(float))
+        self.size, self.width = size, low
         # Frames that a window needs beside it; whole coefficients, for cuts not to change them.
         self.margin = DEEPEST * (EDGE + FEWEST), DEEPEST * (EDGE + FEWEST + 1)
-        self._scratch = np.empty((3, 0))
 
-    def powers(self, scratch: np.ndarray, left: int, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    def powers(
+        self, x: np.ndarray, left: int, parts: int, scratch: list[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Powers of the low octaves, and their means over the PARTs of the core.
 
-        `scratch` is that of the octaves, where the last low-pass is left; `left` frames precede
-        the core.
+        x is what the octaves leave below them, one value a frame; `left` frames precede the core.
+        `scratch` are three arrays of half the length of x.
         """
-        x = scratch[(self.octaves + 1) % 2]
-        half = len(x) // 2
-        if self._scratch.shape[1] < half:
-            self._scratch = np.empty((3, half))
-        power, means = np.empty((LOW, half)), np.empty((LOW, parts))
-        low_powers(x, left, *self._scratch[:, :half], power, means)
+        power, means = np.empty((LOW, len(x) // 2)), np.empty((LOW, parts))
+        low_powers(x, left, *scratch, power, means)
         return power, means
 
     def likelihood(
         self,
-        sides: np.ndarray,
+        every: np.ndarray,
         low: np.ndarray,
         left: int,
         parts: np.ndarray,
@@ -86,30 +77,29 @@ class Rises:
 
         Parameters
         ----------
-        sides : ndarray
-            Mean powers after and before each frame, in each octave.
+        every : ndarray
+            Mean powers after and before every STEP-th frame, in each octave.
         low : ndarray
             Powers of the low octaves, from `left` frames before the first on.
         parts : ndarray
             Mean powers of PARTs of all octaves; the window begins with column `first`.
         background : ndarray
-            L of all octaves, in BLOCKs.
+            L of all octaves, in BLOCKs, and of what follows them.
         """
-        after, before = sides
-        out = np.full(-(-after.shape[1] // STEP), CLEAR)
-        bias, freedom, clear = self.median_bias, self.freedom, self.clear
-        octave_likelihood(after, before, parts, first, bias, background, freedom, clear, out)
-        for k, (size, width, *of_octave) in enumerate(self.low):
-            b = self.octaves + k
-            bias, freedom, clear = of_octave
-            low_likelihood(
-                low[k], left // size, size, width, parts[b], first, bias, background[b],
-                freedom, clear, out,
-            )  # fmt: skip
+        out = np.full(every.shape[2], CLEAR)
+        rise_likelihood(
+            every, low, left, self.size, self.width, parts, first, self.median_bias, background,
+            self.freedom, self.clear, out,
+        )  # fmt: skip
         return out
 
 
 @functools.lru_cache(maxsize=8)
+def rises_at(scale: Scale) -> Rises:
+    """What takes H of a record."""
+    return Rises(scale)
+
+
 def clear_ratio(*freedom: float) -> np.ndarray:
     """The ratio x > 1 at which n / 2 (x - 1 - ln x) is CLEAR, for each n degrees of freedom."""
     x, level = np.full(len(freedom), 100.0), 2.0 * CLEAR / np.array(freedom)

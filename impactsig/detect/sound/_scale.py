@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 from ...errors import InvalidInput
@@ -16,6 +17,7 @@ LAG_RATES = (22_050.0, 8_000.0)  # [Hz], of the innovations an attack is timed i
 SLOPE = 0.25e-3  # [s], of the straight line they are taken from
 
 
+@functools.lru_cache(maxsize=8)
 def scale_at(rate: float) -> Scale:
     """Lengths of the detector at a sampling rate.
 

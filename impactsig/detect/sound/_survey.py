@@ -7,29 +7,29 @@ bands for every 16 frames, a sample of the rise in octaves, and the crests of th
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._cores import PART, PER, Backgrounds, Core, Levels, reaching
+from ._cores import Backgrounds, Levels, reaching
 from ._kernels import (
     BLOCK,
     EDGE,
     GROUP,
+    STEP,
     Scale,
-    both_sides,
     loudness,
     octave_powers,
     octave_rise,
-    part_means,
 )
+from ._level_kernels import PART, PER, put_known, put_levels
 from ._nearby_kernels import crests
-from ._rise_kernels import DEEPEST, LOCAL, STEP
-from ._rise_kernels import PART as LONG_PART
-from ._rises import Rises
+from ._rise_kernels import DEEPEST, LOCAL
+from ._rises import Rises, rises_at
 from ._windows import Window
-from .powers.band_kernels import band_growth, band_rise, group_means
+from .powers.band_kernels import band_growth, band_rise, frames_above
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
 from .powers.fades import edge_steps
 from .powers.gate import Gate
@@ -112,7 +112,8 @@ class Survey:
     tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
     carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
     scratch: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))  # of the octaves
-    sides: np.ndarray = field(default_factory=lambda: np.empty((2, 0, 0)))  # powers after, before
+    after: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # powers after frames
+    every: np.ndarray = field(default_factory=lambda: np.empty((2, 0, 0)))  # both sides of some
 
     def __post_init__(self) -> None:
         scale = self.scale
@@ -120,8 +121,8 @@ class Survey:
         self.bands = bands_at(self.rate, hop)
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
-        self.rises = Rises(scale)
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.rises.level_bias)
+        self.rises = rises_at(scale)
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands)
         self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
@@ -137,7 +138,7 @@ class Survey:
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
-    def add(self, window: Window, cores: list[Core]) -> None:
+    def add(self, window: Window, cores: np.ndarray) -> None:
         """Add the next window of the record, with its `cores_of`."""
         within = self.backgrounds.within
         self.slabs.append(self._slab(window, cores))
@@ -149,7 +150,7 @@ class Survey:
         while self.done < len(self.slabs):
             self._settle()
 
-    def _slab(self, window: Window, cores: list[Core]) -> Slab:
+    def _slab(self, window: Window, cores: np.ndarray) -> Slab:
         scale, (left, right) = self.scale, self.margin
         hop = scale.hop
         core = window.core
@@ -160,50 +161,42 @@ class Survey:
         half = len(x) // 2
         if self.scratch.shape[1] < half:
             self.scratch = np.empty((3, half))
-        octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
-        bridged = self.gate.bridged(x, power, min(one.step for one in cores))
-        if bridged is not None:
-            x = bridged
-            octave_powers(x, scale.octaves, *self.scratch[:, :half], power)
+        even, odd, high = self.scratch[:, :half]
+        octave_powers(x, scale.octaves, even, odd, high, power)
+        rest, free = (even, odd) if scale.octaves % 2 else (odd, even)
+        rest = rest[:total]  # what is left below the octaves
+        x = self.gate.bridged(x, power, rest, cores)
         groups = -(-count // GROUP)
-        low, low_parts = self.rises.powers(self.scratch[:, :total], left, -(-groups // 2))
+        each = [free[: total // 2], free[total // 2 : total // 2 * 2], high[: total // 2]]
+        low, low_parts = self.rises.powers(rest, left, -(-groups // 2), each)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
-        x, continued = self.gate.octaves(x, power, real, count, self.scratch[:, :half])
+        x, continued = self.gate.octaves(x, power, real, count)
         if self.taps is not None:
             real = real[0] + self.spoilt, real[1] - self.spoilt
             power = continued = np.empty_like(power)
             octave_powers(filtered(x, self.taps), scale.octaves, *self.scratch[:, :half], power)
+        fine = self.spectrum.powers(x, left * hop, groups)
+        size, known = len(self.bands.window), np.empty(groups, np.bool_)
+        put_known(left * hop - size // 2, GROUP * hop, size, valid, known)
         blocks = -(-groups // PER)
         parts = np.zeros((scale.octaves, blocks * (BLOCK // PART)))
         counted, silent = np.zeros(parts.shape[1], np.bool_), np.empty(groups + 4, np.bool_)
-        part_means(power, left, groups, PART, real, parts, counted, silent)
-        fine = self.spectrum.powers(x, left * hop, groups)
-        half = len(self.bands.window) // 2
-        centre = left * hop + GROUP * hop * np.arange(groups)
-        known = (centre - half >= valid[0]) & (centre + half <= valid[1])
-        heard = known.copy()
-        for g in range(-2, 2) if silent.any() else ():
-            heard &= ~silent[2 + g : groups + 2 + g]
-        means = np.empty((len(fine), blocks))
-        group_means(fine, heard, PER, means)
-        sounding = np.logical_or.reduceat(heard, np.arange(0, PER * blocks, PER))
-        long_parts = parts[:, : LONG_PART // PART * low_parts.shape[1]]
-        long_parts = long_parts[:, ::2] + long_parts[:, 1::2]
-        long_parts = 0.25 * (long_parts[:, ::2] + long_parts[:, 1::2])
-        low_levels = np.empty((len(low), blocks))
-        both = np.zeros(-(-groups // 2), np.bool_)
-        np.logical_and(heard[: groups - 1 : 2], heard[1::2], out=both[: groups // 2])
-        group_means(low_parts, both, BLOCK // LONG_PART, low_levels)
-        levels = np.empty((len(parts), blocks))
-        group_means(parts, np.ones(parts.shape[1], np.bool_), BLOCK // PART, levels)
+        narrow = len(parts) + len(low)  # the first of the bands
+        long_parts = np.empty((narrow, low_parts.shape[1]))
+        means, sounding = np.empty((narrow + len(fine), blocks)), np.empty(blocks, np.bool_)
+        put_levels(
+            power, low_parts, fine, left, real, known, parts, counted, silent, long_parts, means,
+            sounding,
+        )  # fmt: skip
+        silent = silent[2 : groups + 2]
         silent_parts = np.zeros(len(counted), np.bool_)
-        silent_parts[: GROUP // PART * groups] = np.repeat(silent[2 : groups + 2], GROUP // PART)
-        steps = np.empty(0)
-        if silent_parts.any():
+        steps = np.empty(0), np.empty(0)
+        if silent.any():
+            silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
             steps = edge_steps(parts, counted, PART * hop / self.rate)
-        falls = falls_of(means, sounding)
+        falls = falls_of(means[narrow:], sounding)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward - self.spoilt
         first = window.first // hop
         return Slab(
@@ -215,16 +208,14 @@ class Survey:
             left,
             count,
             low,
-            np.concatenate((long_parts, low_parts)),
+            long_parts,
             fine,
             self.gate.fill_narrow(fine, left * hop),
             known,
-            silent[2 : groups + 2],
+            silent,
             Levels(
                 parts,
                 counted,
-                levels,
-                low_levels,
                 means,
                 sounding,
                 silent_parts,
@@ -240,32 +231,41 @@ class Survey:
         levels = [one.levels for one in self.slabs]
         blocks = [one.blocks for one in levels]
         begin, end = reaching(blocks, self.done, self.backgrounds.within)
-        octaves, low, bands = self.backgrounds.of(levels[begin:end], self.done - begin)
-        if self.sides.shape[2] != slab.frames:
-            self.sides = np.empty((2, self.scale.octaves, slab.frames))
-        after, before = self.sides
-        both_sides(slab.octaves, slab.left, slab.frames, self.scale, after, before)
-        rise = np.empty(slab.frames)
-        octave_rise(after, before, octaves, self.weights, rise)
-        first, last = slab.telling
-        rise[: max(first, 0)] = 0.0
-        rise[max(last, 0) :] = 0.0
+        background = self.backgrounds.of(levels[begin:end], self.done - begin)
+        octaves = background[: self.scale.octaves]
+        bands = background[len(background) - len(self.bands.first) :]
+        if self.after.shape[1] != slab.frames:
+            self.after = np.empty((self.scale.octaves, slab.frames))
+            self.every = np.empty((2, self.scale.octaves, -(-slab.frames // STEP)))
         if slab.first == 0:
             self.passages.append(Passage(slab.segment))
             self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
             self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
-        passage = self.passages[-1]
+        passage, spacing = self.passages[-1], self.scale.spacing
+        near = np.empty(2 * spacing + slab.frames + spacing * slab.last)
+        near[: 2 * spacing] = self.tail
+        near[2 * spacing + slab.frames :] = 0.0
+        rise = near[2 * spacing : 2 * spacing + slab.frames]
+        octave_rise(
+            slab.octaves, slab.left, self.scale, octaves, self.weights,
+            self.after, self.every, rise,
+        )  # fmt: skip
+        first, last = slab.telling
+        rise[: max(first, 0)] = 0.0
+        rise[max(last, 0) :] = 0.0
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
         passage.silent.append(slab.silent)
-        passage.rises.append(self._rises(slab, np.concatenate((octaves, low))))
+        passage.rises.append(self._rises(slab, background))
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
-        self._keep_crests(passage, rise, slab, octaves)
+        self._keep_crests(passage, near, slab, octaves)
         finer = np.empty((2, slab.power.shape[1]))
         band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
-        finer[:, slab.closes | ~slab.known] = 0.0
+        lost = slab.closes | ~slab.known
+        if lost.any():
+            finer[:, lost] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
         passage.growth.append(self._growth(slab, bands, finer))
@@ -278,7 +278,7 @@ class Survey:
             self.done -= begin
 
     def _rises(self, slab: Slab, background: np.ndarray) -> np.ndarray:
-        """H of the slab whose `sides` are known, in whole GROUPs."""
+        """H of the slab whose `every` is known, in whole GROUPs."""
         near = [slab.long_parts]
         if slab.first:
             near.insert(0, self.slabs[self.done - 1].long_parts[:, -LOCAL:])
@@ -286,15 +286,15 @@ class Survey:
         if not slab.last:
             near.append(self.slabs[self.done + 1].long_parts[:, :LOCAL])
         parts = np.concatenate(near, axis=1)
-        found = self.rises.likelihood(self.sides, slab.low, slab.left, parts, first, background)
+        found = self.rises.likelihood(self.every, slab.low, slab.left, parts, first, background)
         out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
         out[: len(found)] = found
         return out
 
     def _growth(self, slab: Slab, background: np.ndarray, finer: np.ndarray) -> np.ndarray:
         """How narrow bands go on to rise, where they do or one does; 0 elsewhere."""
-        out = np.zeros(finer.shape[1])
-        frames = np.flatnonzero((finer[0] > RISEN) | (finer[1] > LIKELY))
+        out, frames = np.zeros(finer.shape[1]), np.empty(finer.shape[1] + 1, np.int64)
+        frames = frames[: frames_above(finer[0], RISEN, finer[1], LIKELY, frames)]
         if not len(frames):
             return out
         parts = [slab.power[:, :0]]
@@ -302,41 +302,38 @@ class Survey:
             parts.append(following.power[:, : self.later])
             if following.last or sum(part.shape[1] for part in parts) >= self.later:
                 break
-        ends = parts[-1] if len(parts) > 1 else slab.power
-        parts.append(np.repeat(ends[:, -1:], self.later, axis=1))  # where the segment ends
         grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
         band_growth(self.carried, slab.power, after, self.later, background, PER, frames, grown)
         out[frames] = grown
         return out
 
     def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """That after frames of the slab whose `sides` are known."""
+        """That after frames of the slab whose `after` is known."""
         out = np.empty(len(frames))
-        loudness(self.sides[0], background, self.weights, frames, out)
+        loudness(self.after, background, self.weights, frames, out)
         return out
 
     def _keep_crests(
         self, passage: Passage, rise: np.ndarray, slab: Slab, background: np.ndarray
     ) -> None:
+        """Keep the crests of the rise, which begins two spacings before the slab."""
         spacing = self.scale.spacing
-        known = np.concatenate((self.tail, rise, np.zeros(spacing * slab.last)))
-        found = np.empty(len(known) // (spacing + 1) + 1, np.int64)
-        n = crests(known, spacing, LEAST * self.spread, spacing, len(known) - spacing, found)
-        passage.place.append(found[:n] + slab.first - 2 * spacing)
-        passage.height.append(known[found[:n]])
-        frames = found[:n] - 2 * spacing
-        earlier = frames < 0
-        loud = (
-            self.tail_loud[found[:n][earlier]],
-            self._loudness(background, frames[~earlier]),
-        )
+        found = np.empty(len(rise) // (spacing + 1) + 1, np.int64)
+        n = crests(rise, spacing, LEAST * self.spread, spacing, len(rise) - spacing, found)
+        found = found[:n]
+        frames = found - 2 * spacing
+        passage.place.append(frames + slab.first)
+        passage.height.append(rise[found])
+        earlier = int(frames.searchsorted(0))
+        loud = self.tail_loud[found[:earlier]], self._loudness(background, frames[earlier:])
         passage.loud.append(np.concatenate(loud))
-        self.tail = known[-2 * spacing :]
-        end = np.arange(len(rise) - 2 * spacing, len(rise))
+        self.tail = rise[-2 * spacing :]
+        end = np.arange(slab.frames - 2 * spacing, slab.frames)
         if end[0] >= 0:
             self.tail_loud = self._loudness(background, end)
 
 
+@functools.lru_cache(maxsize=8)
 def octave_weights(scale: Scale) -> np.ndarray:
     """Weights of the octaves: inverse to the scatter of their rises."""
     weights = 2.0 ** (-0.5 * np.arange(scale.octaves))

@@ -60,6 +60,7 @@ from ._attacks import Attacks
 from ._choosing import choose
 from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
+from ._core_kernels import GREATEST, LEAST
 from ._cores import cores_of, window_size
 from ._kernels import Scale
 from ._memory import keep_memory
@@ -183,7 +184,7 @@ def surveyed_through(
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
         cores = cores_of(window.core, scale.hop)
-        least, greatest = min(one.least for one in cores), max(one.greatest for one in cores)
+        least, greatest = float(cores[:, LEAST].min()), float(cores[:, GREATEST].max())
         limits.add(window.core, least, greatest)
         refuse_huge(limits.least, limits.greatest)
         survey.add(window, cores)

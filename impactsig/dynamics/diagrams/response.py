@@ -67,7 +67,7 @@ class ResponseSpectrum(Shown):
 
     @property
     def amplitude(self) -> np.ndarray:
-        """Half of the difference of the extremes."""
+        """Half of the difference of the extremes, shape (n,)."""
         return (self.greatest - self.least) / 2
 
     plot = drawn_by("response_spectrum", "both extremes")

@@ -92,7 +92,7 @@ class Branch(Shown):
 
     @property
     def stable(self) -> np.ndarray:
-        """Whether each orbit is stable: all multipliers (but 1 of a flow) in the unit circle."""
+        """Whether each orbit is stable, shape (k,): all multipliers (but 1 of a flow) within 1."""
         sizes = np.abs(self.multipliers)
         if self.forced is False:
             sizes[np.arange(len(sizes)), np.abs(self.multipliers - 1).argmin(axis=1)] = 0.0

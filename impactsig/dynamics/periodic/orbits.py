@@ -101,7 +101,7 @@ class PeriodicOrbit(Shown):
 
     @property
     def exponents(self) -> np.ndarray:
-        """Lyapunov exponents per unit of the oscillator's time, ``ln |multiplier| / (n T)``."""
+        """Lyapunov exponents ``ln |multiplier| / (n T)`` per unit of time, shape (d,)."""
         period = 2 * math.pi / self.system.angular_forcing_frequency
         with np.errstate(divide="ignore"):
             return np.log(np.abs(self.multipliers)) / (self.periods * period)

@@ -100,7 +100,7 @@ class LyapunovSpectrum(Shown):
 
     @property
     def sum(self) -> float:
-        """Sum of the exponents; compare `expected_sum`."""
+        """Sum of the exponents, per unit of time of the system; compare `expected_sum`."""
         return float(self.exponents.sum())
 
     @property

@@ -129,7 +129,7 @@ class Motions(Shown, Sequence[Motion]):
 
     @property
     def impacts_per_period(self) -> np.ndarray:
-        """Impacts in a forcing period, on average.
+        """Impacts in a forcing period, on average, of the shape of the batch.
 
         Raises
         ------

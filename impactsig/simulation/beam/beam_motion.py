@@ -127,9 +127,9 @@ class BeamMotion(Moved):
         return states[:, :m].reshape(shape), states[:, m:].reshape(shape) * self._omega
 
     def sample(self, time: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Displacement and velocity of the tip at any times of the span, in closed form.
+        """Displacement [m] and velocity [m/s] of the tip at any times of the span, in closed form.
 
-        At the instant of an impact it is the state after it.
+        They have the shape of `time`. At the instant of an impact it is the state after it.
 
         Raises
         ------
@@ -142,7 +142,7 @@ class BeamMotion(Moved):
         return q.sum(axis=-1) + wave.real, v.sum(axis=-1) - self._omega * wave.imag
 
     def deflection(self, time: float, x: Any) -> np.ndarray:
-        """Deflection [m] of the beam at one time, at distances x from the clamp [m].
+        """Deflection [m] at one time [s] and distances x from the clamp [m], shape of `x`.
 
         Raises
         ------

@@ -54,12 +54,12 @@ class Measured(Shown):
 
     @property
     def spurious(self) -> np.ndarray:
-        """Indices into `impacts` of spurious impacts, ascending."""
+        """Indices into `impacts` of the k spurious ones, ascending, shape (k,)."""
         return np.flatnonzero(self.source < 0)
 
     @property
     def missed(self) -> np.ndarray:
-        """Indices into `truth` of missed impacts, ascending."""
+        """Indices into `truth` of the k missed impacts, ascending, shape (k,)."""
         seen = np.zeros(len(self.truth), bool)
         seen[self.source[self.source >= 0]] = True
         return np.flatnonzero(~seen)

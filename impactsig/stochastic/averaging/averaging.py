@@ -154,11 +154,11 @@ class AveragedDensity(Shown):
         return DensityShape(energy, maximum, own.joint(energy), lower, upper)
 
     def energy_density(self, energy: Any) -> np.ndarray:
-        """Density p(H) of the energy; infinite at H = 0 in a well flatter than a parabola."""
+        """Density p(H), shape of `energy`; infinite at H = 0 in a well flatter than a parabola."""
         return _over(self._density.density, _reals("energy", energy))
 
     def cumulative(self, energy: Any) -> np.ndarray:
-        """Probability of an energy up to H."""
+        """Probability of an energy up to H, shape of `energy`."""
         return _over(self._density.cumulative, _reals("energy", energy))
 
     def moment(self, order: int) -> float:
@@ -173,12 +173,12 @@ class AveragedDensity(Shown):
         return self._density.mean(lambda energy: energy**order)
 
     def joint_density(self, x: Any, v: Any) -> np.ndarray:
-        """Joint density p(x, v) at displacements and velocities, broadcast; 0 beyond the stops."""
+        """Joint density p(x, v), of the shape to which x and v broadcast; 0 beyond the stops."""
         kinetic = self.oscillator.mass * _reals("v", v) ** 2 / 2
         return self._density.joint(_reals("x", x), kinetic)
 
     def displacement_density(self, x: Any) -> np.ndarray:
-        """Marginal density p(x) at displacements; 0 beyond the stops."""
+        """Marginal density p(x), shape of `x`; 0 beyond the stops."""
         mass, given = self.oscillator.mass, _reals("x", x)
         if len(self.wells) > 1:
             return _over(lambda place: displacement(self._density, mass, place), given)
@@ -192,7 +192,7 @@ class AveragedDensity(Shown):
         )
 
     def velocity_density(self, v: Any) -> np.ndarray:
-        """Marginal density p(v) at velocities."""
+        """Marginal density p(v), shape of `v`."""
         mass, given = self.oscillator.mass, _reals("v", v)
         if len(self.wells) > 1:
             return _over(lambda speed: velocity(self._density, mass, speed), given)
@@ -206,11 +206,11 @@ class AveragedDensity(Shown):
         )
 
     def potential(self, x: Any) -> np.ndarray:
-        """Potential energy above its minimum; infinite beyond the stops."""
+        """Potential energy above its minimum, shape of `x`; infinite beyond the stops."""
         return _over(self._density.potential, _reals("x", x))
 
     def reach(self, energy: float) -> tuple[float, float]:
-        """Least and greatest displacement of a motion of a given energy.
+        """Least and greatest displacement of a motion of a given energy, in the oscillator's units.
 
         Raises
         ------
@@ -232,7 +232,9 @@ class AveragedDensity(Shown):
         return min(ends), max(ends)
 
     def period(self, energy: Any) -> np.ndarray:
-        """T(H) of the conservative motion; where it hits one stop, from impact to impact.
+        """Period T(H) of the conservative motion, in the unit of time of the oscillator.
+
+        It has the shape of `energy`. Where the motion hits one stop, it is from impact to impact.
 
         Raises
         ------
@@ -243,7 +245,7 @@ class AveragedDensity(Shown):
         return self._along(energy, lambda along: along.period)
 
     def drift(self, energy: Any) -> np.ndarray:
-        """U(H), the rate at which the mean of the energy changes."""
+        """U(H), the rate at which the mean of the energy changes, shape of `energy`."""
         part, family, noise = conservative(self.oscillator), self._density.root, self._noise
         band, breaks = band_of(noise), grazings(part, family)
 
@@ -258,7 +260,7 @@ class AveragedDensity(Shown):
         return self._along(energy, rate)
 
     def diffusion(self, energy: Any) -> np.ndarray:
-        """V(H)^2, the rate at which the variance of the energy grows."""
+        """V(H)^2, the rate at which the variance of the energy grows, shape of `energy`."""
         part, family, noise = conservative(self.oscillator), self._density.root, self._noise
 
         def rate(along: Orbits) -> np.ndarray:

@@ -78,7 +78,7 @@ class PBifurcation(Shown):
 
     @property
     def peaks(self) -> np.ndarray:
-        """Peaks along the velocity at each value: the papers' "one", "two" and "three"."""
+        """Peaks along the velocity at each value, shape (n,): the papers' "one", "two", "three"."""
         return np.array([shape.peaks() for shape in self.shapes])
 
     plot = drawn_by("p_bifurcation", "the energies of the extrema")

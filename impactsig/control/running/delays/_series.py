@@ -11,9 +11,6 @@ their row. What comes from several rows is fitted through Chebyshev nodes, if it
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from ...._compiling.compiled import inlined
 from ....simulation.basis.delay import DISPLACEMENT, FORCE, SIGNAL, VELOCITY
@@ -24,24 +21,6 @@ from .series import FIT, ORDER, REACH
 
 SMOOTH = 4e-15  # last coefficients of a fit, relative to the greatest value: no more than rounding
 NEAR = 1e-12  # share of a step whose powers do not underflow
-
-
-class SeriesRoom(NamedTuple):
-    """Work arrays for a step."""
-
-    nodes: np.ndarray  # (FIT + 1,) shares of a step
-    fit: np.ndarray  # (FIT + 1, same) from values at nodes, a row each, to Chebyshev coefficients
-    shifted: np.ndarray  # (FIT + 1, same) from these, a row each, to powers of the share
-    inverse: np.ndarray  # (ORDER + 1,) 1 / (n + 1)
-    binomial: np.ndarray  # (ORDER + 1, same)
-    bernstein: np.ndarray  # (ORDER + 1, same, same) of a degree: powers, a row each, to Bernstein
-    values: np.ndarray  # (2, FIT + 1)
-    late: np.ndarray  # (ORDER + 1,) what is fed back from one delay before
-    gap: np.ndarray  # (ORDER + 1,) of the control force to its limit
-    q: np.ndarray  # (ORDER + 1,) position, from the origin of the mode
-    v: np.ndarray  # (ORDER + 1,) velocity
-    c: np.ndarray  # (ORDER + 1,) what a root is looked for of
-    stack: np.ndarray  # (64, ORDER + 3) for `first_root`
 
 
 @inlined

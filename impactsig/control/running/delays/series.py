@@ -4,19 +4,36 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 if TYPE_CHECKING:
     from ....simulation.basis.delay import Feedback
-    from ._series import SeriesRoom
 
 ORDER = 20  # of the series
 FIT = 14  # degree of what is fitted through several rows
 REACH = 1.5  # of a step, times the fastest rate: 1.5^21 / 21! is 1e-16
 MOST_LAPS = 40
+
+
+class SeriesRoom(NamedTuple):
+    """Work arrays for a step."""
+
+    nodes: np.ndarray  # (FIT + 1,) shares of a step
+    fit: np.ndarray  # (FIT + 1, same) from values at nodes, a row each, to Chebyshev coefficients
+    shifted: np.ndarray  # (FIT + 1, same) from these, a row each, to powers of the share
+    inverse: np.ndarray  # (ORDER + 1,) 1 / (n + 1)
+    binomial: np.ndarray  # (ORDER + 1, same)
+    bernstein: np.ndarray  # (ORDER + 1, same, same) of a degree: powers, a row each, to Bernstein
+    values: np.ndarray  # (2, FIT + 1)
+    late: np.ndarray  # (ORDER + 1,) what is fed back from one delay before
+    gap: np.ndarray  # (ORDER + 1,) of the control force to its limit
+    q: np.ndarray  # (ORDER + 1,) position, from the origin of the mode
+    v: np.ndarray  # (ORDER + 1,) velocity
+    c: np.ndarray  # (ORDER + 1,) what a root is looked for of
+    stack: np.ndarray  # (64, ORDER + 3) for `first_root`
 
 
 def series_laps(feedback: Feedback) -> np.ndarray:
@@ -47,8 +64,6 @@ def series_laps(feedback: Feedback) -> np.ndarray:
 
 def series_room() -> SeriesRoom:
     """Allocate work arrays for a step."""
-    from ._series import SeriesRoom
-
     nodes, fit, shifted, inverse, binomial, bernstein = _tables()
     return SeriesRoom(
         nodes=nodes,

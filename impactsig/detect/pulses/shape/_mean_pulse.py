@@ -25,6 +25,10 @@ SMOOTH = 1e-3
 CURVED, NEAR = 2.0, 3
 """Second derivative of the mean pulse that is expected at least, and knots to either side that tell
 more of it."""
+SIGNIFICANT = 4.0
+"""Standard errors of a knot that is no noise."""
+SAMPLE = 0.29
+"""Standard deviation of a place somewhere between two samples."""
 STRETCHES = 3
 """Stretches between two knots in which edges are looked at."""
 AMPLITUDE, PLACE, WIDTH, FIRST, LAST, SIGMA, MISFIT, ONE = range(8)

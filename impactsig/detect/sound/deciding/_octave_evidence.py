@@ -30,8 +30,10 @@ BESIDE_BAND = 0.25  # times a: rise in octaves without which that counts little
 FAINT = 0.3  # evidence of nothing
 
 
-def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: float) -> np.ndarray:
-    """Evidence of the rise in octaves for each of its crests."""
+def octave_evidence(
+    crests: Crests, rattle: np.ndarray, silent: np.ndarray, spread: float, seconds: float
+) -> np.ndarray:
+    """Evidence of the rise in octaves for each of its crests, with the `rattling` of a passage."""
     place, height, _, borne_out, likelihood, greatest, _, clear, order, first, last = crests
     likelihood = np.where(greatest & np.isfinite(likelihood), likelihood, 0.0)
     audible = audible_rise(spread)
@@ -39,8 +41,7 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     far = evidence < FAINT
     evidence[far] = 0.0
     near = ~far
-    silent = np.concatenate(passage.silent)
-    rattle = rattling(np.concatenate(passage.octaves), silent, place[near], seconds)
+    rattle = rattle[place[near] // BLOCK]
     without_crowd = np.minimum(FEW * audible, TAIL * crests.loudest[near] + STEADY * rattle)
     share = heard_share(silent, place[near], NEARBY, seconds)
     reached = crowd(height, first[near], last[near], NEARBY, share, order)
@@ -54,19 +55,17 @@ def octave_evidence(passage: Passage, crests: Crests, spread: float, seconds: fl
     return evidence
 
 
-def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: float) -> np.ndarray:
-    """Level of C that is often exceeded nearby, at frames.
+def rattling(passage: Passage, seconds: float) -> np.ndarray:
+    """Level of C that is often exceeded nearby, for each BLOCK of frames.
 
     Digital silence is left out: it says nothing of how the rest rattles.
     """
+    rise, silent = np.concatenate(passage.octaves), np.concatenate(passage.silent)
     per = BLOCK // SAMPLED
     reach = round(NEARBY / (BLOCK * seconds))
-    block = place // BLOCK
-    new = np.ones(len(place), bool)
-    new[1:] = block[1:] != block[:-1]  # places ascend
-    blocks, which = block[new], np.cumsum(new) - 1
-    first = per * np.maximum(blocks - reach, 0)
-    last = np.minimum(per * (blocks + reach + 1), len(rise))
+    block = np.arange(len(rise) // per + 1)
+    first = per * np.maximum(block - reach, 0)
+    last = np.minimum(per * (block + reach + 1), len(rise))
     if silent.any():
         heard = np.append(0, np.cumsum(~silent))
         rise, first, last = rise[~silent], heard[first], heard[last]
@@ -74,4 +73,4 @@ def rattling(rise: np.ndarray, silent: np.ndarray, place: np.ndarray, seconds: f
     each = ranks.shape[1]
     quantiles = ranked(rise, np.repeat(first, each), np.repeat(last, each), ranks.ravel())
     times = np.array(list(RATTLE.values()), rise.dtype)
-    return np.asarray(np.max(times * quantiles.reshape(-1, each), axis=1)[which], float)
+    return np.asarray(np.max(times * quantiles.reshape(-1, each), axis=1), float)

@@ -6,7 +6,9 @@ With H the greatest within 5 ms and r how often evident impacts come (log-odds a
     min(x, x + 1.5 ln((1 + H) min(r, 1) / c)),
 
 c = 4 where narrow bands rise by 0.33 and more, else 1: swelling power rises in narrow bands, and by
-more than noise in octaves, but in no single octave abruptly.
+more than noise in octaves, but in no single octave abruptly. Where C is clear by itself
+(`decision.py`), x stays: a sound that rings on for 0.1 s and more is itself the median that H
+compares it with, and power that swells does not rise by as much within 4 ms.
 
 A crest of H of 16 and more that none within 8 ms exceeds and no likely crest within 10 ms explains
 is an impact with log-odds of
@@ -36,12 +38,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, number_as_high, places_about, rate_of_others
+from .._kernels import BLOCK, GROUP
+from .._nearby import (
+    greatest_beside,
+    greatest_within,
+    nearest_group,
+    number_as_high,
+    places_about,
+    rate_of_others,
+    separate_crests,
+)
 from .._nearby_kernels import greatest_between
 from .._rise_kernels import STEP
 from .._survey import Passage
-from ._octave_evidence import rattling
 from .candidates import HOPELESS, Candidates, with_others
 from .crests import Crests
 
@@ -76,10 +85,15 @@ def with_rises(
     crests: Crests,
     passage: Passage,
     b: np.ndarray,
+    rattle: np.ndarray,
     audible: float,
+    clear: float,
     seconds: float,
 ) -> Candidates:
-    """Change the log-odds by rises in one octave, and add impacts that only these show."""
+    """Change the log-odds by rises in one octave, and add impacts that only these show.
+
+    `rattle` is R / a of each BLOCK; `clear` is the C of a rise that needs no other evidence.
+    """
     h = np.concatenate(passage.rises)
     silent = np.concatenate(passage.silent)
     known = np.concatenate(passage.known)
@@ -87,26 +101,30 @@ def with_rises(
         known &= ~greatest_within(silent, BESIDE_SILENCE)
     beside = nearest_group(found.frame, len(b))
     bands, crest = greatest_within(b, 2), high_crests(h, seconds)
-    vague = bands[beside] >= FEEBLE
-    loud = np.append(crests.place[crests.height > audible], -1)
-    vague[vague] = loud[np.searchsorted(loud[:-1], found.frame[vague])] != found.frame[vague]
+    vague = (bands[beside] >= FEEBLE) & ~at_crests(found.frame, crests, audible)
     frame, moved, kept = settled(found.frame, found.odds, vague, h, crest, known, seconds)
     if moved.any():
         spread = np.where(moved, SPREAD, found.spread)
         found = found._replace(frame=frame, coarse=found.coarse & ~moved, spread=spread)
         order = np.flatnonzero(kept)[np.argsort(frame[kept], kind="stable")]
         found = Candidates(*(column[order] for column in found))
-    odds, own = by_octave(found.frame, found.odds, h, crest, bands, known, seconds)
+    abrupt = at_crests(found.frame, crests, clear)
+    odds, own = by_octave(found.frame, found.odds, abrupt, h, crest, bands, known, seconds)
     own = Own(*(column[own.odds > HOPELESS] for column in own))
     if not len(own.frame):
         return found._replace(odds=odds)
-    rattle = rattling(np.concatenate(passage.octaves), silent, own.frame, seconds)
-    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle / audible))
+    own = own._replace(odds=own.odds - RATTLE_SLOPE * np.log1p(rattle[own.frame // BLOCK]))
     by_all = odds
     odds, own = one_of_each(found.frame, by_all, own, ALONE / seconds)
     spread = np.full(len(own.frame), SPREAD)
     found = found._replace(odds=odds, narrow=found.narrow | (odds > by_all))
     return with_others(found, own.frame, spread, own.odds)
+
+
+def at_crests(frame: np.ndarray, crests: Crests, height: float) -> np.ndarray:
+    """Whether each frame is that of a crest of C above this height."""
+    high = np.append(crests.place[crests.height > height], -1)
+    return np.asarray(high[np.searchsorted(high[:-1], frame)] == frame)
 
 
 def settled(
@@ -149,14 +167,13 @@ def settled(
 
 def high_crests(h: np.ndarray, seconds: float) -> np.ndarray:
     """Indices of H that none within WITHIN exceeds, as high as counts; the first of equal ones."""
-    reach = round(WITHIN / (STEP * seconds))
-    crest = np.flatnonzero((h > AS_HIGH * NOISE) & (h == greatest_within(h, reach)))
-    return crest[np.diff(crest, prepend=-reach - 1) > reach]
+    return separate_crests(h, round(WITHIN / (STEP * seconds)), AS_HIGH * NOISE)
 
 
 def by_octave(
     frame: np.ndarray,
     odds: np.ndarray,
+    abrupt: np.ndarray,
     h: np.ndarray,
     crest: np.ndarray,
     bands: np.ndarray,
@@ -169,6 +186,8 @@ def by_octave(
     ----------
     frame, odds : ndarray
         Frames of `seconds` each at which crests lie, in order, and their log-odds so far.
+    abrupt : ndarray
+        Whether C is clear by itself there, so that a low H tells nothing.
     h : ndarray
         H of every STEP-th frame.
     crest : ndarray
@@ -183,7 +202,7 @@ def by_octave(
     told = known[beside]
     evident = (odds > EVIDENT) & ((here > CLEARLY) | ~told)
     turned = turned_odds(odds, here, bands[beside], rate_of_others(evident, duration))
-    out = np.where(told & (odds > STAYS), turned, odds)
+    out = np.where(told & (odds > STAYS) & ~abrupt, turned, odds)
     place = STEP * crest
     at = nearest_group(place, len(bands))
     likely = frame[odds > 0.0]
@@ -225,13 +244,6 @@ def turned_odds(
     less = np.log1p(h) + np.minimum(np.log(often), 0.0)
     less -= np.where(bands >= FEEBLE, np.log(RISEN), 0.0)
     return np.where(h < SWELLS, odds + SWELLING_SLOPE * np.minimum(less, 0.0), odds)
-
-
-def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    """The greatest value at most `reach` from each place."""
-    if not len(at):
-        return np.empty(0)
-    return greatest_within(values, reach)[np.clip(at, 0, len(values) - 1)]
 
 
 def greatest_before(values: np.ndarray, at: np.ndarray, first: int, last: int) -> np.ndarray:

@@ -20,6 +20,7 @@ import numpy as np
 
 from .._nearby import middle
 from .._survey import SAMPLED, Passage
+from ._tail_kernels import decays_after
 
 LOUD = 0.7  # [neper], of crests whose tails are measured
 HEARD = 0.1  # [neper]
@@ -44,22 +45,8 @@ def decay_rate(place: np.ndarray, loud: np.ndarray, loudness: np.ndarray, second
 
     `loud` is the loudness after crests, `loudness` that after every SAMPLED-th frame.
     """
-    which = np.flatnonzero(loud > LOUD)
-    start, height = place[which], loud[which]
-    following = np.append(start[1:], len(loudness) * SAMPLED) - BEFORE_NEXT / seconds
-    first = np.ceil((start + AFTER[0] / seconds) / SAMPLED).astype(int)
-    last = (np.minimum(start + AFTER[1] / seconds, following) // SAMPLED).astype(int)
-    measured = last > first
-    if np.count_nonzero(measured) < ENOUGH:
-        return math.inf
-    start, height, first, last = (v[measured] for v in (start, height, first, last))
-    heard = np.flatnonzero(loudness > HEARD)
-    begin, end = np.searchsorted(heard, (first, last))
-    left, index = (
-        total[end] - total[begin]
-        for total in (np.append(0.0, np.cumsum(values)) for values in (loudness[heard], heard))
+    found = np.empty(len(place))
+    count = decays_after(
+        place, loud, loudness, SAMPLED, seconds, (LOUD, HEARD), AFTER, BEFORE_NEXT, found
     )
-    count = np.maximum(end - begin, 1)
-    frames = SAMPLED * np.where(begin == end, first, index / count) - start
-    fallen = height - left / count
-    return middle(fallen / (seconds * frames))
+    return middle(found[:count]) if count >= ENOUGH else math.inf

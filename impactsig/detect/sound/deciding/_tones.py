@@ -10,9 +10,11 @@ rise, an impact does not, nor does its power in the rising bands grow by more th
 17 ms. The log-odds are at most G - 24 - 2 min(n, 5), since noise reaches a G of 20 about once an
 hour, and swelling noise, with n crests of 10 to 20 a second, more than 20. B is the greatest within
 two frames, G_1/2 the median of G and B_max the greatest B within a second: in varying sound, single
-bands sometimes rise. An impact lies 1.6 ms before its crest of G, with an error of 2 ms, since
-there its sound fills the window. It is placed at a crest of C of at least a within 6 ms of that
-place, if there is one, and replaces all less likely candidates from 12 ms before to 20 ms after it.
+bands sometimes rise. A gate shuts where sound varies least, and G is small there whatever it was:
+beside digital silence ln(G_1/2 + 5) is the mean of that of all frames and that of the others. An
+impact lies 1.6 ms before its crest of G, with an error of 2 ms, since there its sound fills the
+window. It is placed at a crest of C of at least a within 6 ms of that place, if there is one, and
+replaces all less likely candidates from 12 ms before to 20 ms after it.
 
 Fitted by logistic regression to records of `benchmarks.varied_sound` and drums, less 1, where the
 octaves show no impact.
@@ -23,7 +25,14 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_within, nearest_group, places_about, ranked, separate_crests
+from .._nearby import (
+    greatest_beside,
+    nearest_group,
+    places_about,
+    ranked,
+    separate_crests,
+    strongest_beside,
+)
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
 from .candidates import Candidates, with_others
@@ -66,7 +75,10 @@ def with_tones(
     asked = beside < 0.0
     asked[asked] = growth_near(passage, b, GROUP * crest[asked]) <= GROWS_ON
     crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
-    tones = tone_odds(crest, weak, g, greatest_within(b, 2), round(NEARBY / per))
+    if not len(crest):
+        return found
+    sounding = ~np.concatenate(passage.silent)
+    tones = tone_odds(crest, weak, g, b, sounding, round(NEARBY / per), beside)
     heard = np.flatnonzero(tones > beside)
     if not len(heard):
         return found
@@ -84,9 +96,15 @@ def with_tones(
 
 
 def tone_odds(
-    crest: np.ndarray, weak: np.ndarray, g: np.ndarray, b: np.ndarray, reach: int
+    crest: np.ndarray,
+    weak: np.ndarray,
+    g: np.ndarray,
+    b: np.ndarray,
+    heard: np.ndarray,
+    reach: int,
+    least: np.ndarray,
 ) -> np.ndarray:
-    """Log-odds of crests of G, relative to all within `reach`.
+    """Log-odds of crests of G, relative to all within `reach`; -inf if no more than `least`.
 
     Parameters
     ----------
@@ -94,24 +112,47 @@ def tone_odds(
         Indices of `g`, which is G of each frame: crests above FAINTEST, and all others above
         SWELLING. `reach` is a second.
     b : ndarray
-        B, the greatest within two frames.
+        B of each frame.
+    heard : ndarray of bool
+        Frames that are no digital silence.
     """
     ln_g, ln_b, ln_median, ln_loud = SLOPES
     low, high = places_about(weak, crest, reach, reach + 1.0)
     swells = PER_CREST * np.minimum(0.5 * (high - low), MOST_CRESTS)
     size = min(2 * reach + 1, len(g))
     first = np.clip(crest - reach, 0, len(g) - size)
-    median = ranked(g, first, first + size, np.full(len(crest), size // 2))
-    loud = np.maximum.reduceat(
-        np.append(b, -np.inf), np.stack((first, first + size), axis=1).ravel()
-    )[::2]
+    loudest = np.empty(len(crest), np.int64)
+    greatest_between(b, np.maximum(first - 2, 0), np.minimum(first + size + 2, len(b)), loudest)
     later = g[np.minimum(crest + round(AFTER * reach), len(g) - 1)] / g[crest]
     with np.errstate(divide="ignore"):
-        odds = ln_g * np.log(g[crest]) + ln_b * np.log(b[crest]) + OFFSET
-    odds -= ln_median * np.log(median + LEAST_MEDIAN)
-    odds -= ln_loud * np.log(np.maximum(loud, LEAST_LOUD))
-    odds -= SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
-    return np.asarray(np.minimum(odds, g[crest] - NOISE - swells))
+        alone = ln_g * np.log(g[crest]) + ln_b * np.log(greatest_beside(b, crest, 2)) + OFFSET
+    loud = ln_loud * np.log(np.maximum(b[loudest], LEAST_LOUD))
+    swell = SWELL_SLOPE * np.maximum(later - SWELL, 0.0)
+    most = g[crest] - NOISE - swells
+    asked = np.minimum(alone - ln_median * np.log(LEAST_MEDIAN) - loud - swell, most) > least
+    usual = np.zeros(len(crest))
+    usual[asked] = usual_likelihood(g, heard, first[asked], first[asked] + size)
+    odds = alone - ln_median * usual - loud - swell
+    return np.where(asked, np.minimum(odds, most), -np.inf)
+
+
+def usual_likelihood(
+    g: np.ndarray, heard: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> np.ndarray:
+    """ln(G_1/2 + 5) from each first to before each last frame.
+
+    With digital silence it is the mean of that and of that of what is `heard`.
+    """
+    usual = log_median(g, first, last)
+    if heard.all():
+        return usual
+    count = np.append(0, np.cumsum(heard))
+    return 0.5 * (usual + log_median(g[heard], count[first], count[last]))
+
+
+def log_median(g: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """ln(G_1/2 + 5) of G from each first to before each last frame."""
+    return np.asarray(np.log(ranked(g, first, last, (last - first) // 2) + LEAST_MEDIAN))
 
 
 def likeliest_onset(
@@ -151,8 +192,5 @@ def likeliest_onset(
 
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
     """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
-    padded = np.concatenate(([0.0, 0.0], b, [0.0, 0.0]))
-    place = nearest_group(at, len(b))
-    strongest = place - 2 + np.argmax(padded[place[:, None] + np.arange(5)], axis=1)
-    strongest = np.minimum(np.maximum(strongest, 0), len(b) - 1)
+    strongest = strongest_beside(b, nearest_group(at, len(b)), 2)
     return np.concatenate(passage.growth)[strongest]

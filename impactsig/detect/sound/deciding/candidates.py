@@ -33,8 +33,8 @@ def with_others(
     found: Candidates, frame: np.ndarray, spread: np.ndarray, odds: np.ndarray
 ) -> Candidates:
     """Add candidates, in ascending order, to which rules for pulses and crowds do not apply."""
-    at = np.searchsorted(found.frame, frame)
+    order = np.argsort(np.concatenate((frame, found.frame)), kind="stable")
     no, none = np.zeros(len(frame), bool), np.zeros(len(frame))
     new = Candidates(frame, no, spread, odds, no, no, none, ~no, none + 1.0)
-    pairs = zip(found, new, strict=True)
-    return Candidates(*(np.insert(column, at, values) for column, values in pairs))
+    pairs = zip(new, found, strict=True)
+    return Candidates(*(np.concatenate(pair)[order] for pair in pairs))

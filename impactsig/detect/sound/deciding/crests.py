@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import greatest_near, greatest_within, local_mean, nearest_group, places_about
+from .._nearby import greatest_beside, greatest_near, local_mean, nearest_group, places_about
 from .._survey import Passage
 from ._tails import beyond_tails
 
@@ -52,15 +52,15 @@ def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     place, height = np.concatenate(passage.place), np.concatenate(passage.height)
     beside = nearest_group(place, len(b))
     known = np.concatenate(passage.known)[beside]
-    around = local_mean(b, round(AROUND[0] / per), round(AROUND[1] / per))
-    needed = np.maximum(BORNE_OUT, around[beside])
-    bands = greatest_within(b, 2)[beside]
-    likelihood = greatest_within(np.concatenate(passage.likelihood), 2)[beside]
+    around = local_mean(b, beside, round(AROUND[0] / per), round(AROUND[1] / per))
+    needed = np.maximum(BORNE_OUT, around)
+    bands = greatest_beside(b, beside, 2)
+    likelihood = greatest_beside(np.concatenate(passage.likelihood), beside, 2)
     likelihood[~known] = np.inf
     greatest = height >= greatest_near(place, height, ALONE / seconds)
     loudest = greatest_near(place, height, NEARBY / seconds)
     borne_out = np.where(known, bands / needed, np.inf)
-    clear = np.clip(beyond_tails(passage, place, seconds), 0.0, height)
+    clear = np.minimum(np.maximum(beyond_tails(passage, place, seconds), 0.0), height)
     near = places_about(place, place, NEARBY / seconds, NEARBY / seconds)
     evidence = bands, borne_out, likelihood, greatest, loudest, clear
     return Crests(place, height, *evidence, np.argsort(height), *near)

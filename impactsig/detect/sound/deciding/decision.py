@@ -39,7 +39,7 @@ from .._nearby_kernels import greatest_between
 from .._survey import Passage
 from ._among import AMONG, odds_among
 from ._dense import dense_odds
-from ._octave_evidence import octave_evidence
+from ._octave_evidence import octave_evidence, rattling
 from ._rise_odds import with_rises
 from ._steady import with_steady
 from ._tones import GROWS_ON, growth_near, with_tones
@@ -68,8 +68,10 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     audible = audible_rise(spread)
     crests = octave_crests(passage, b, seconds)
     place, height = crests.place, crests.height
-    by_octaves = octave_evidence(passage, crests, spread, seconds)
-    by_bands = height / max(CLEAR, CLEAR_SIGMAS * spread)
+    rattle, silent = rattling(passage, seconds), np.concatenate(passage.silent)
+    by_octaves = octave_evidence(crests, rattle, silent, spread, seconds)
+    clear = max(CLEAR, CLEAR_SIGMAS * spread)
+    by_bands = height / clear
     crest = separate_crests(b, round(APART / (GROUP * seconds)))
     middle = GROUP * crest
     first, last = places_about(place, middle, SOONER / seconds, LATER / seconds)
@@ -79,7 +81,6 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     risen = np.zeros(len(place))  # B over what it needs, where it has a crest
     np.maximum.at(risen, best[~alone], b[crest[~alone]] / LEAST_BANDS)
     by_bands = np.maximum(by_bands, risen)
-    silent = np.concatenate(passage.silent)
     among = odds_among(crests, by_bands, audible, silent, seconds)
     frame = np.concatenate((place, GROUP * crest[alone]))
     by_octaves = np.concatenate((by_octaves, np.zeros(int(alone.sum()))))
@@ -109,7 +110,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     columns = (frame, coarse, exact, odds, pulse, crowded, by_octaves, narrow, share)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
-    found = with_rises(found, crests, passage, b, audible, seconds)
+    found = with_rises(found, crests, passage, b, rattle / audible, audible, clear, seconds)
     return with_steady(found, b, crest, seconds)
 
 

@@ -34,11 +34,11 @@ class Doubt:
 
     def add(self, probability: np.ndarray, odds: np.ndarray) -> None:
         """Add rises with these probabilities, and the logarithms of their odds."""
-        less = [int(np.count_nonzero(odds < edge)) for edge in (-2.0 * STEP, -STEP, 0.0, STEP)]
-        improbable, below, above = np.diff(less).tolist()
-        self.improbable += improbable
-        self.below += below
-        self.above += above
+        edges = -2.0 * STEP, -STEP, 0.0, STEP
+        rare, unlikely, uneven, most = (int(np.count_nonzero(odds < edge)) for edge in edges)
+        self.improbable += unlikely - rare
+        self.below += uneven - unlikely
+        self.above += most - uneven
         likely = probability[probability >= EVEN]
         others = probability[(probability < EVEN) & (probability > POSSIBLE)]
         self.right += float(likely.sum())

@@ -26,15 +26,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._nearby import nearest_group, places_about
+from .._nearby import greatest_beside, nearest_group, places_about
 from .._rise_kernels import STEP
 from .._survey import Passage
-from ._rise_odds import HERE, greatest_beside
-from ._swell_kernels import powers_beside
+from ._rise_odds import HERE
 
 RISEN, ABRUPT = 0.33, 60.0  # B from which on, and H below which a rise may be gradual
 SUDDEN, SHOWN = 3.0, 0.3  # R of an impact, and least S of a gradual rise
-EDGES = np.array([-16.0, -8.0, -4.0, -1.0, 0.0, 1.0, 4.0, 8.0]) * 1e-3  # [s], about the attack
+EDGES = -16e-3, -8e-3, -4e-3, -1e-3, 0.0, 1e-3, 4e-3, 8e-3  # [s], about the attack
 OF_R, OF_S, OF_BEFORE, OF_GROWTH = 2.2, -1.65, -1.6, -0.9  # of R, S, S', W in the log-odds
 OF_H, OF_G, OF_OCTAVES, OFFSET = 0.55, 1.5, 0.95, -5.4
 LEAST, MOST_S, MOST_BEFORE, MOST_GROWTH = -1.0, 4.0, 2.0, 3.0  # that count [neper]
@@ -67,27 +66,16 @@ def steady_odds(
     return np.where((b >= RISEN) & (h < ABRUPT), out, np.inf)
 
 
-def gradual_odds(
-    x: np.ndarray,
-    attack: np.ndarray,
-    steady: np.ndarray,
-    valid: tuple[int, int],
-    rate: float,
-    lags: tuple[int, int],
-) -> np.ndarray:
-    """Log-odds that rises with these attacks, places in x, are sudden; infinite if not asked for.
+def gradual_odds(steady: np.ndarray, power: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Log-odds that rises are sudden; infinite if not asked for.
 
-    `steady` are their `steady_odds`, `lags` the lag and the slope of the innovations.
+    `steady` are their `steady_odds`, `power` the powers between the `edges` [samples].
     """
-    out = np.full(len(attack), np.inf)
-    edges = np.round(EDGES * rate).astype(np.int64)
-    asked = np.isfinite(steady)
-    asked &= (attack + edges[0] >= valid[0] + sum(lags)) & (attack + edges[-1] < valid[1])
+    out = np.full(len(steady), np.inf)
+    asked = np.isfinite(power[0])
     if not asked.any():
         return out
-    power = np.empty((len(edges) - 1, np.count_nonzero(asked)))
-    powers_beside(x, attack[asked], valid, edges, lags, power)
-    size = np.diff(edges).astype(float)
+    power, size = power[:, asked], np.diff(edges).astype(float)
 
     def mean(first: int, last: int) -> np.ndarray:
         parts = slice(first, last)

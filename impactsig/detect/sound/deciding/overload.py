@@ -20,18 +20,21 @@ likely rises come 20 a second and more, they are not asked: the last impact is a
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from .._kernels import GROUP, Scale
 from .._nearby import places_about
 from ..powers.bands import Spectrum
-from ._overload_kernels import number_beyond
+from ._overload_kernels import newness, number_beyond
 
 NEAR_LIMIT, LOADED = 0.8, 0.05  # of half the range, and share of samples beyond it
 LOADED_WITHIN = 30e-3, 15e-3  # [s], before and after the attack
 CROWD_WITHIN, CROWD = 0.25, 10  # [s], and others within it on either side that are not asked
 OCTAVES = 0.35  # evidence of impacts that do not depend on narrow bands
 BEFORE, SINCE, AFTER = (45e-3, 12e-3), 2e-3, 26e-3  # [s]
+TOGETHER = 32  # stretches whose frames are transformed side by side
 SLOPE, NONE, EVEN = 4.0, 0.02, 0.07  # of the log-odds, N of nothing, and N + NONE of even odds
 
 
@@ -41,59 +44,68 @@ def may_be_edges(instant: np.ndarray, by_octaves: np.ndarray) -> np.ndarray:
     return np.asarray((by_octaves < OCTAVES) & (last - first <= CROWD))
 
 
-def overload_odds(
-    x: np.ndarray,
-    attack: np.ndarray,
-    asked: np.ndarray,
-    valid: tuple[int, int],
-    limits: tuple[float, float],
-    spectrum: Spectrum,
-    scale: Scale,
-    rate: float,
-) -> np.ndarray:
-    """The greatest log-odds that rises with these attacks, places in x, may have.
+@dataclass
+class Overload:
+    """Greatest log-odds that the rises of a record may have, as edges of an overload.
 
-    Parameters
-    ----------
-    asked : ndarray of bool
-        Which of them `may_be_edges`.
-    valid : first and last (exclusive) index of x that is a sample
-    limits : least and greatest sample of the record
+    `limits` are the least and the greatest sample of the record. Stretches about rises wait until
+    TOGETHER of them are there, since many frames are transformed side by side.
     """
-    out = np.full(len(attack), np.inf)
-    place = np.ceil(attack).astype(np.int64)
-    hop, size = GROUP * scale.hop, len(spectrum.bands.window)
-    early, late = (round(t * rate) for t in LOADED_WITHIN)
-    first = -(-round(BEFORE[0] * rate) // hop)
-    frames = first + round(AFTER * rate) // hop + 1
-    past = first - round(BEFORE[1] * rate) // hop + 1
-    fresh = first + -(-round(SINCE * rate) // hop)
-    middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * (limits[1] - limits[0])
-    begin = place - first * hop - size // 2
-    asked = asked & (begin >= valid[0])
-    asked &= place + (frames - first) * hop + size // 2 < valid[1]
-    which = np.flatnonzero(asked)
-    if len(which):
+
+    limits: tuple[float, float]
+    spectrum: Spectrum
+    scale: Scale
+    rate: float
+    found: list[np.ndarray] = field(default_factory=list)
+    waiting: list[tuple[np.ndarray, int]] = field(default_factory=list)  # where their odds belong
+
+    def __post_init__(self) -> None:
+        hop, size = GROUP * self.scale.hop, len(self.spectrum.bands.window)
+        first = -(-round(BEFORE[0] * self.rate) // hop)
+        frames = first + round(AFTER * self.rate) // hop + 1
+        past = first - round(BEFORE[1] * self.rate) // hop + 1
+        fresh = first + -(-round(SINCE * self.rate) // hop)
+        self.frames = past, fresh, frames
+        self.lead, self.rest = first * hop + size // 2, (frames - first) * hop + size // 2
+        self.wide = frames - 1 + -(-size // hop)  # frames that begin in a stretch
+        self.stretches = np.empty((TOGETHER, self.wide * hop))  # stretches
+
+    def add(self, x: np.ndarray, attack: np.ndarray, asked: np.ndarray) -> None:
+        """Add rises with these attacks, places in x; `asked` is which of them `may_be_edges`."""
+        odds = np.full(len(attack), np.inf)
+        self.found.append(odds)
+        place = np.ceil(attack).astype(np.int64)
+        which = np.flatnonzero(asked & (place >= self.lead) & (place + self.rest < len(x)))
+        if not len(which):
+            return
+        low, high = self.limits
+        early, late = (round(t * self.rate) for t in LOADED_WITHIN)
         beyond = np.empty(len(which), np.int64)
-        number_beyond(x, place[which] - early, early + late, middle, NEAR_LIMIT * half, beyond)
-        which = which[beyond >= LOADED * (early + late)]
-    if not len(which):
-        return out
-    # All stretches in a row, since many frames are transformed side by side.
-    wide = frames - 1 + -(-size // hop)
-    stretches = np.lib.stride_tricks.sliding_window_view(x, wide * hop)
-    row = stretches[begin[which]].ravel()
-    begins = wide * np.arange(len(which))
-    power = spectrum.powers(row, size // 2, begins[-1] + frames)
-    ends = np.add.outer(begins, (0, past, fresh, frames)).ravel()
-    greatest = np.maximum.reduceat(power, ends[:-1], axis=1)
-    padded, after = np.zeros((len(power) + 2, len(which))), greatest[:, 2::4]
-    padded[1:-1] = greatest[:, ::4]
-    before = np.maximum(np.maximum(padded[:-2], padded[2:]), padded[1:-1])
-    heard = before > 0.0
-    rise = np.maximum(after, before) / np.where(heard, before, 1.0)
-    count = np.count_nonzero(heard, axis=0)
-    total = np.sum(np.log(np.where(heard, rise, 1.0)), axis=0)
-    some = count > 0
-    out[which[some]] = SLOPE * np.log((total[some] / count[some] + NONE) / EVEN)
-    return out
+        away = NEAR_LIMIT * 0.5 * (high - low)
+        number_beyond(x, place[which] - early, early + late, 0.5 * (low + high), away, beyond)
+        for k in which[beyond >= LOADED * (early + late)]:
+            begin = place[k] - self.lead
+            self.stretches[len(self.waiting)] = x[begin : begin + self.stretches.shape[1]]
+            self.waiting.append((odds, k))
+            if len(self.waiting) == TOGETHER:
+                self._settle()
+
+    def odds(self) -> np.ndarray:
+        """The greatest log-odds of all rises; infinite if they were not asked for."""
+        self._settle()
+        return np.concatenate([np.empty(0), *self.found])
+
+    def _settle(self) -> None:
+        """Determine the odds of the rises whose stretches wait."""
+        count = len(self.waiting)
+        if not count:
+            return
+        past, fresh, frames = self.frames
+        begins = self.wide * np.arange(count)
+        half = len(self.spectrum.bands.window) // 2
+        power = self.spectrum.powers(self.stretches[:count].ravel(), half, int(begins[-1]) + frames)
+        new = np.empty(count)
+        newness(power, begins, past, fresh, frames, new)
+        for (odds, k), most in zip(self.waiting, SLOPE * np.log((new + NONE) / EVEN), strict=True):
+            odds[k] = most
+        self.waiting = []

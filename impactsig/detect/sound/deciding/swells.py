@@ -22,10 +22,10 @@ import math
 import numpy as np
 
 from .._nearby import places_about, ranked
-from ._swell_kernels import powers_beside
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
+EDGES = -SLOWLY, -AT_ONCE, 0.0, AT_ONCE, SLOWLY
 SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
 SWELLS = 0.2  # e of no impact
 SHOWS, HIDDEN = 0.5, 0.45  # and share of R that bounds e where little shows in innovations
@@ -39,18 +39,9 @@ def crowds(instant: np.ndarray) -> np.ndarray:
     return np.asarray(last - first > CROWD)
 
 
-def sharpness(
-    x: np.ndarray, attack: np.ndarray, valid: tuple[int, int], rate: float, lag: int, slope: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Abruptness e of each rise relative to swelling noise, and R.
-
-    `attack` are places between samples of x, `lag` and `slope` are those of the innovations.
-    """
-    near, far = round(AT_ONCE * rate), round(SLOWLY * rate)
-    power = np.empty((4, len(attack)))
-    edges = np.array([-far, -near, 0, near, far])
-    powers_beside(x, attack, valid, edges, (lag, slope), power)
-    inside = near / far
+def sharpness(power: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Abruptness e of each rise relative to swelling noise, and R, by its powers between EDGES."""
+    inside = round(AT_ONCE * rate) / round(SLOWLY * rate)
     mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
     least = np.finfo(float).eps * mean + np.finfo(float).tiny
     slow, before, after, on = np.log(power + least)
@@ -73,7 +64,9 @@ def most_odds(
     pool = known & likely
     first, last = places_about(instant[pool], instant, WITHIN, WITHIN)
     middle = (last - first) // 2
-    slow = ranked(rise[pool], first, last, middle)
-    gradual = ranked(sharp[pool], first, last, middle) < np.minimum(SHOWS * slow - HIDDEN, SWELLS)
-    swells = known & (last - first > CROWD) & gradual & (slow < STEEP)
+    median = ranked(sharp[pool], first, last, middle)
+    swells = known & (last - first > CROWD) & (median < SWELLS)
+    if swells.any():
+        slow = ranked(rise[pool], first, last, middle)
+        swells &= (median < SHOWS * slow - HIDDEN) & (slow < STEEP)
     return np.where(swells, SLOPE * (sharp - SHARP), np.inf)

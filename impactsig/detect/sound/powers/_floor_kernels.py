@@ -1,4 +1,4 @@
-"""Kernel for `floor.py`: low quantiles of powers in windows that overlap."""
+"""Kernels for `floor.py` and `holes.py`: low quantiles and falls of powers."""
 
 from __future__ import annotations
 
@@ -56,3 +56,36 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
                 empty += room[i] < hole * greatest
             rank = empty + int(share * (some - empty))
             out[b, k] = select(room, 0, some - 1, rank) if some else 0.0
+
+
+@njit(nogil=True)
+def count_falls(means, sounding, fall, step, least):
+    """Pairs of neighbours in time, falls below `fall` of the one before, and falls beside rises.
+
+    The latter are the lesser number, at each time, of bands that fall below `step` and of those
+    that rise as much, in every other band. Only pairs that are `sounding` count. Where no more
+    than a share `least` of all falls below `fall`, there are no falls.
+    """
+    steps = max(means.shape[1] - 1, 0)
+    together, deep = np.empty(steps, np.bool_), 0
+    for t in range(steps):
+        together[t] = sounding[t] & sounding[t + 1]
+    rows = (len(means) + 1) // 2
+    for b in range(rows):
+        row = means[2 * b]
+        for t in range(steps):
+            deep += row[t + 1] < fall * row[t]
+    if deep <= least * (rows * steps):  # as nearly always
+        return rows * steps, 0, 0
+    falls, rises, deep, pairs, beside = np.zeros(steps), np.zeros(steps), 0, 0, 0
+    for b in range(rows):
+        row = means[2 * b]
+        for t in range(steps):
+            deep += together[t] & (row[t + 1] < fall * row[t])
+            falls[t] += row[t + 1] < step * row[t]
+            rises[t] += row[t] < step * row[t + 1]
+    for t in range(steps):
+        if together[t]:
+            pairs += rows
+            beside += int(min(falls[t], rises[t]))
+    return pairs, deep, beside

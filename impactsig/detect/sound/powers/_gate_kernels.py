@@ -6,42 +6,53 @@ import numpy as np
 
 from ...._compiling.compiled import njit
 from .._core_kernels import extremes
+from .._kernels import EDGE, octave_powers
 
 CLOSED = 8  # frames without power, in a row, that are silence
 SMOOTH = 0.5  # of a step, that the next sample differs by at most: else it is a click
+SHORTEST = 4  # samples of a silence that is bridged
 BESIDE, STEPS = 4, 3.0  # samples beside a short silence, and steps of the converter they are off
 LEAST_HEARD = 0.1  # share of a window that its power can be read from
+MOST = 64  # frames of which powers are renewed together
 SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 _NONE, _ONE, _LANES = np.uint64(0), np.uint64(1), np.uint64(SIDE_BY_SIDE)
+_TWO, _THREE, _FOUR = np.uint64(2), np.uint64(3), np.uint64(4)
 
 
 @njit(nogil=True)
 def silent_frames(power, first, last, out):
-    """Mask of frames in runs of CLOSED or more without power."""
+    """Mask of frames in runs of CLOSED or more without power. Returns whether there are any."""
     out[:] = False
-    run = 0
-    for j in range(first, last + 1):
-        closed = j < last
-        for b in range(power.shape[0]):
-            if not closed or power[b, j] != 0.0:
-                closed = False
-                break
-        if closed:
+    row, within = power[0, first:last], out[first:last]
+    for j in range(len(row)):
+        within[j] = row[j] == 0.0
+    for b in range(1, power.shape[0]):
+        row = power[b, first:last]
+        for j in range(len(row)):
+            within[j] &= row[j] == 0.0
+    any_closed, run = False, 0
+    for j in range(len(within) + 1):
+        if j < len(within) and within[j]:
             run += 1
             continue
         if run >= CLOSED:
-            out[j - run : j] = True
+            any_closed = True
+        else:
+            for i in range(j - run, j):
+                within[i] = False
         run = 0
+    return any_closed
 
 
 @njit(nogil=True)
-def silent_samples(x, silent, hop, out):
+def silent_samples(x, silent, hop, out, runs):
     """Mask of samples in silent frames, or equal to all that follow until one.
 
-    Frames in which the samples change, as in a straight line, are silent no more.
+    Frames in which the samples change, as in a straight line, are silent no more. Returns the
+    number of runs of such samples; each is from runs[k, 0] to before runs[k, 1].
     """
     out[:] = False
-    j = 0
+    count = j = 0
     while j < len(silent):
         if not silent[j]:
             j += 1
@@ -60,84 +71,135 @@ def silent_samples(x, silent, hop, out):
         while end < len(x) and x[end] == x[end - 1]:
             end += 1
         out[begin:end] = True
+        if count == 0 or runs[count - 1, 1] < begin:
+            runs[count, 0] = begin
+            count += 1
+        runs[count - 1, 1] = end
+    return count
 
 
 @njit(nogil=True)
-def soften(x, silent, length):
-    """Add linear ramps of at most `length` samples beside each silence.
+def soften(x, runs, length, hop, changed):
+    """Add linear ramps of at most `length` samples at both ends of silent `runs` of samples.
 
-    There is none beside a click: it is no part of a wave that was cut off.
+    There is none beside a click: it is no part of a wave that was cut off. The frames that ramps
+    touch are `changed`.
     """
-    i = 0
-    while i < len(x):
-        begin = i
-        while i < len(x) and silent[i]:
-            i += 1
-        base, ramp = x[begin], min(length, (i - begin) // 2)
+    for begin, end in runs:
+        base, ramp = x[begin], min(length, (end - begin) // 2)
         if ramp and begin > 1:
             step = x[begin - 1] - base
             if abs(x[begin - 2] - x[begin - 1]) <= SMOOTH * abs(step):
                 for k in range(ramp):
                     x[begin + k] = base + step * (ramp - k) / (ramp + 1.0)
-        if ramp and i < len(x) - 1:
-            step = x[i] - base
-            if abs(x[i + 1] - x[i]) <= SMOOTH * abs(step):
+                changed[begin // hop : (begin + ramp - 1) // hop + 1] = True
+        if ramp and end < len(x) - 1:
+            step = x[end] - base
+            if abs(x[end + 1] - x[end]) <= SMOOTH * abs(step):
                 for k in range(ramp):
-                    x[i - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
-        while i < len(x) and not silent[i]:
-            i += 1
+                    x[end - 1 - k] = base + step * (ramp - k) / (ramp + 1.0)
+                changed[(end - ramp) // hop : (end - 1) // hop + 1] = True
 
 
 @njit(nogil=True)
-def bridge(x, shortest, longest, step, out):
+def bridge(x, hop, step, least, greatest, out, changed):
     """Copy x to `out`, with straight lines across short silences that cut a wave off.
 
-    These are from `shortest` to before `longest` equal samples. On both sides some of the next
-    BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
+    These are from SHORTEST to before CLOSED + 2 frames of equal samples. On both sides some of the
+    next BESIDE samples are more than STEPS times `step` off, and neither begins with a click or an
     impact: where the first is as far off, the second is not as far from it. What equals the least
-    or the greatest sample is clipped, no silence. Returns their number; `out` is filled if there
-    are any.
+    or the greatest sample is clipped, no silence; `least` and `greatest` are those of a part of x.
+    Returns their number; if there are any, `out` is filled and the frames of these are `changed`.
     """
-    count, off, i, looked = 0, STEPS * step, BESIDE, 0
-    least = greatest = np.float64(x[0])
-    while i < len(x) - BESIDE:
-        if i >= looked:  # whether any of the next ones equals that before it, in vector lanes
-            looked, equal = min(i + SIDE_BY_SIDE, len(x) - 1), 0
-            for k in range(np.uint64(i), np.uint64(looked)):
-                equal += x[k + _ONE] == x[k]
-            if equal == 0:
-                i = looked
+    count, off, longest, known = 0, STEPS * step, (CLOSED + 2) * hop, False
+    begins = np.empty(SIDE_BY_SIDE, np.bool_)
+    for first in range(BESIDE, len(x) - BESIDE, SIDE_BY_SIDE):
+        size = min(SIDE_BY_SIDE, len(x) - BESIDE - first)
+        if not put_beginnings(x, first, off, begins[:size]):
+            continue
+        for begin in range(first, first + size):
+            if not begins[begin - first]:
                 continue
-        begin = i
-        i += 1
-        while i < len(x) and x[i] == x[begin]:
-            i += 1
-        if i - begin < shortest or i - begin >= longest or len(x) - i < BESIDE:
-            continue
-        base, last = x[begin], x[i]
-        before = after = 0.0
-        for k in range(BESIDE):
-            before = max(before, abs(x[begin - 1 - k] - base))
-            after = max(after, abs(x[i + k] - base))
-        if before <= off or after <= off:
-            continue
-        jump = abs(x[begin - 1] - base)
-        if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
-            continue
-        jump = abs(last - base)
-        if jump > off and abs(x[i + 1] - last) > SMOOTH * jump:
-            continue
-        if least == greatest:
-            least, greatest, _ = extremes(x)  # in vector lanes
-        if base in (least, greatest):
-            continue
-        if count == 0:
-            out[:] = x
-        for k in range(begin, i):
-            share = (k - begin + 1.0) / (i - begin + 1.0)
-            out[k] = (1.0 - share) * x[begin - 1] + share * last
-        count += 1
+            end = begin + SHORTEST
+            while end < len(x) and end - begin < longest and x[end] == x[begin]:
+                end += 1
+            if end - begin == longest or len(x) - end < BESIDE:
+                continue
+            base, last, after = x[begin], x[end], 0.0
+            for k in range(BESIDE):
+                after = max(after, abs(x[end + k] - base))
+            if after <= off:
+                continue
+            jump = abs(x[begin - 1] - base)
+            if jump > off and abs(x[begin - 2] - x[begin - 1]) > SMOOTH * jump:
+                continue
+            jump = abs(last - base)
+            if jump > off and abs(x[end + 1] - last) > SMOOTH * jump:
+                continue
+            if not (known or least < base < greatest):
+                least, greatest, _ = extremes(x)
+                known = True
+            if base in (least, greatest):
+                continue
+            if count == 0:
+                out[:] = x
+            for k in range(begin, end):
+                share = (k - begin + 1.0) / (end - begin + 1.0)
+                out[k] = (1.0 - share) * x[begin - 1] + share * last
+            changed[begin // hop : (end - 1) // hop + 1] = True
+            count += 1
     return count
+
+
+@njit(nogil=True)
+def put_beginnings(x, first, off, out):
+    """Where SHORTEST or more equal samples begin from x[first] on, after some that are `off` off.
+
+    Returns whether any do. In vector lanes: quiet sound has many equal samples in a row.
+    """
+    any_begins, begin = False, np.uint64(first)
+    for i in range(np.uint64(len(out))):
+        k = begin + i
+        base, before = x[k], x[k - _ONE]
+        equal = (x[k + _ONE] == base) & (x[k + _TWO] == base) & (x[k + _THREE] == base)
+        far = (abs(before - base) > off) | (abs(x[k - _TWO] - base) > off)
+        far |= (abs(x[k - _THREE] - base) > off) | (abs(x[k - _FOUR] - base) > off)
+        out[i] = equal & far & (before != base)
+        any_begins |= out[i]
+    return any_begins
+
+
+@njit(nogil=True)
+def renew_powers(x, hop, wanted, power, rest):
+    """Powers of the octaves, and what is left below them, in the frames of x that are `wanted`.
+
+    As `octave_powers` of all of x gives them.
+    """
+    octaves, frames = power.shape
+    longest = MOST + 2 * EDGE
+    even, odd, high = np.empty((3, longest * hop // 2))
+    room, begin = np.empty(octaves * longest), 0
+    while begin < frames:
+        if not wanted[begin]:
+            begin += 1
+            continue
+        end = j = begin + 1
+        while j < min(begin + MOST, frames) and j <= end + 2 * EDGE:
+            j += 1
+            if wanted[j - 1]:
+                end = j
+        first, last = max(begin - EDGE, 0), min(end + EDGE, frames)
+        count = last - first
+        half = count * hop // 2
+        part = room[: octaves * count].reshape(octaves, count)
+        own = x[first * hop : last * hop]
+        octave_powers(own, octaves, even[:half], odd[:half], high[:half], part)
+        left = even if octaves % 2 else odd
+        for j in range(begin, end):
+            rest[j] = left[j - first]
+            for b in range(octaves):
+                power[b, j] = part[b, j - first]
+        begin = end
 
 
 @njit(nogil=True)
@@ -208,10 +270,10 @@ def hold_bands(power, share, closes, held):
 def put_edge_steps(parts, audible, flank, out):
     """Mean over the octaves of ln(p_i / p_k), p_i beside an edge and p_k `flank` parts from it.
 
-    All parts from i to k are `audible`, and p is nowhere 0 in both. Returns their number, at most
-    that of the parts.
+    out[0] are those where parts begin to be `audible`, out[1] where they cease to. All parts from i
+    to k are audible, and p is nowhere 0 in both. Returns the numbers of both.
     """
-    count, begin = 0, 0
+    counts, begin = np.zeros(2, np.int64), 0
     while begin < len(audible):
         if not audible[begin]:
             begin += 1
@@ -220,9 +282,9 @@ def put_edge_steps(parts, audible, flank, out):
         while end < len(audible) and audible[end]:
             end += 1
         if end - begin > flank:
-            for edge, inner, real in (
-                (begin, begin + flank, begin > 0),
-                (end - 1, end - 1 - flank, end < len(audible)),
+            for side, edge, inner, real in (
+                (0, begin, begin + flank, begin > 0),
+                (1, end - 1, end - 1 - flank, end < len(audible)),
             ):
                 total = 0.0
                 for b in range(parts.shape[0]):
@@ -231,7 +293,7 @@ def put_edge_steps(parts, audible, flank, out):
                         break
                     total += np.log(parts[b, edge] / parts[b, inner])
                 if real:
-                    out[count] = total / parts.shape[0]
-                    count += 1
+                    out[side, counts[side]] = total / parts.shape[0]
+                    counts[side] += 1
         begin = end
-    return count
+    return counts[0], counts[1]

@@ -10,8 +10,9 @@ radix r takes every M/r-th row, and leaves the r results side by side [Pease1968
 with n the length of the transforms that are left, P = M / n and j = floor(p / P). After the last
 pass `order_after` says where each frequency lies. What two passes of radices r and s make of r s
 rows depends on these alone: they are taken one after the other while the rows are in the nearest
-memory. A row holds the real parts of all frames, then the imaginary parts. Indices are unsigned:
-signed ones, which may count from the end, keep a loop out of vector lanes.
+memory, and so are the last three. A row holds the real parts of all frames, then the imaginary
+parts. Indices are unsigned: signed ones, which may count from the end, keep a loop out of vector
+lanes.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import numpy as np
 from .._lane_kernels import fused
 
 LANES = 64
-MOST_NEAR = 25  # rows that two passes make of as many others
+MOST_NEAR = 48  # rows that passes make of as many others in the nearest memory
 _LANES, _ROW = np.uint64(LANES), np.uint64(2 * LANES)
 _NONE, _TWO, _THREE, _FOUR = np.uint64(0), np.uint64(2), np.uint64(3), np.uint64(4)
 _HALF = np.float32(0.5)
@@ -117,24 +118,46 @@ def power_spectra(
     count, past = len(place), 1
     near = np.empty((2, MOST_NEAR * 2 * LANES), np.float32)
     wide = _gather(single, hop, len(window), at * hop, columns)
-    for i in range(0, len(passes), 2):
-        radix, second = passes[i], passes[i + 1] if i + 1 < len(passes) else 1
-        groups = count // (radix * second)
-        if i > 0 and second == 1:
+    i = 0
+    while i < len(passes):
+        radix, second, third = passes[i], passes[i + 1] if i + 1 < len(passes) else 1, 1
+        if i + 3 == len(passes) and radix * second * passes[i + 2] <= MOST_NEAR:
+            third = passes[i + 2]
+        some, others = radix * second, second * third
+        groups = count // (radix * others)
+        if i > 0 and others == 1:
             _pass(radix, x, groups, 1, groups, turn, 0, 1, past, y)
             groups = 0
-        for g in range(groups):  # both passes of few rows, which stay in the nearest memory
-            o = _ROW * np.uint64(radix * second * g)
+        for g in range(groups):  # passes of few rows, which stay in the nearest memory
+            o = _ROW * np.uint64(radix * others * g)
             if i == 0:
-                for k in range(radix * second):
-                    p = g + (k // radix + k % radix * second) * groups
+                for k in range(radix * others):
+                    p = g + (k // radix + k % radix * others) * groups
                     _load(columns, hop, wide, window, p, k, near[0])
-                _pass(radix, near[0], second, radix, 1, turn, g, groups, past, near[1])
+                _pass(radix, near[0], others, radix, 1, turn, g, groups, past, near[1])
             else:
-                some, far = x[_ROW * np.uint64(g) :], second * groups
-                _pass(radix, some, second, groups, far, turn, g, groups, past, near[1])
-            _pass(second, near[1], radix, 1, radix, turn, radix * g, 1, past * radix, y[o:])
-        past *= radix * second
+                far = others * groups
+                _pass(
+                    radix,
+                    x[_ROW * np.uint64(g) :],
+                    others,
+                    groups,
+                    far,
+                    turn,
+                    g,
+                    groups,
+                    past,
+                    near[1],
+                )
+            for k in range(third):
+                of = near[1, _ROW * np.uint64(radix * k) :]
+                to = y[o:] if third == 1 else near[0, _ROW * np.uint64(some * k) :]
+                p = radix * (g + k * groups)
+                _pass(second, of, radix, 1, radix * third, turn, p, 1, past * radix, to)
+            if third > 1:
+                _pass(third, near[0], some, 1, some, turn, some * g, 1, past * some, y[o:])
+        past *= radix * others
+        i += 1 + (second > 1) + (third > 1)
         x, y = y, x
     first = _ROW * np.uint64(place[0])
     for k in range(1, count // 2 + 1):

@@ -8,6 +8,7 @@ from .._lane_kernels import fused, logarithms, sum_of
 
 TIMES_BACKGROUND = 2.0  # a power that counts
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
+SURELY = 1.0 + 1e-9  # times a sum: it is not less, rounding included
 ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
 _NONE, _TOGETHER = np.uint64(0), np.uint64(32)  # frames that are asked about at once
 FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bounds each by 1e14
@@ -93,14 +94,29 @@ def put_before(earlier, power, out):
 
 
 @fused
+def frames_above(values, least, others, least_other, out):
+    """Put the indices at which a value or the other one exceeds its `least` in `out`.
+
+    Returns their number.
+    """
+    count = 0
+    for i in range(len(values)):
+        out[count] = i
+        count += (values[i] > least) | (others[i] > least_other)
+    return count
+
+
+@fused
 def band_growth(earlier, power, following, later, background, per, frames, out):
     """out[k]: by how much the bands that rise at frames[k] have grown `later` frames after it.
 
     The mean over the bands of ln(P_b later / P_b), weighted by their rise over what was as many
     frames before as `earlier` has, ln(P_b / max(Q_b, F_b)) where that is positive; F_b is twice the
-    background. `earlier` and `following` are the powers beside those of the frames.
+    background. `earlier` and `following` are the powers beside those of the frames; after them the
+    last ones go on.
     """
     lag, count = earlier.shape[1], power.shape[1]
+    end = count + following.shape[1] - 1
     risen, group = np.zeros(len(frames)), frames // per
     which, rises, growths = np.empty_like(frames), np.empty(len(frames)), np.empty(len(frames))
     bases = np.empty(len(frames))
@@ -108,7 +124,7 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
     for b in range(power.shape[0]):
         some = 0
         for k in range(len(frames)):  # without a branch, of which none can be foretold
-            i, j = frames[k], frames[k] + later
+            i, j = frames[k], min(frames[k] + later, end)
             now = power[b, i]
             then = earlier[b, i] if i < lag else power[b, i - lag]
             base = max(then, TIMES_BACKGROUND * background[b, group[k]])
@@ -132,14 +148,22 @@ def band_growth(earlier, power, following, later, background, per, frames, out):
 def background(noise, per, means, first, nearby, out):
     """Background of band b in group first + g, from the means of neighbouring groups.
 
-    `noise` has a column for `per` groups. The greatest of 2, 4, 8 groups are made one of the other,
-    and the last two cover all nearby.
+    `noise` has a column for `per` groups. Where all means together do not count beside it, none
+    does. Otherwise the greatest of 2, 4, 8 groups are made one of the other, and the last two cover
+    all nearby.
     """
     groups, width = out.shape[1], 2 * nearby + 1
     begin, end = max(first - nearby, 0), min(first + groups + nearby, means.shape[1])
     begins, ends = begin - first + nearby, end - first + nearby
     near, wider = np.zeros(groups + width - 1), np.zeros(groups + width - 1)
     for b in range(out.shape[0]):
+        least = noise[b, 0]
+        for k in range(1, (groups - 1) // per + 1):
+            least = min(least, noise[b, k])
+        if SURELY * RANGE * sum_of(means[b, begin:end]) < least:
+            for g in range(groups):
+                out[b, g] = noise[b, g // per]
+            continue
         near[:begins] = 0.0
         near[begins:ends] = means[b, begin:end]
         near[ends:] = 0.0

@@ -22,7 +22,6 @@ WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
 LOWEST, HIGHEST = 30.0, 17e3  # [Hz]
 FAINTEST = -500  # power of 2 whose square is still a number; less is silence
-ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
 
 
 class Bands(NamedTuple):

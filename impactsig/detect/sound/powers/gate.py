@@ -11,13 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._kernels import GROUP, Scale, octave_powers
+from .._core_kernels import GREATEST, LEAST, STEP
+from .._kernels import EDGE, GROUP, Scale
+from .._nearby import greatest_within
 from ._gate_kernels import (
     CLOSED,
     bridge,
     heard_shares,
     hold,
     hold_bands,
+    renew_powers,
     silent_frames,
     silent_samples,
     soften,
@@ -25,7 +28,6 @@ from ._gate_kernels import (
 from .bands import Bands
 
 RAMP = 4e-3  # [s]
-SHORTEST = 4  # samples of a silence that is bridged
 
 
 @dataclass
@@ -46,45 +48,47 @@ class Gate:
         self.bands_held = np.zeros(len(self.bands.first))
         self.share, self.silent = 1.0, None
 
-    def bridged(self, x: np.ndarray, power: np.ndarray, step: float) -> np.ndarray | None:
-        """Samples without silences too short to be held, None if there are none.
+    def bridged(
+        self, x: np.ndarray, power: np.ndarray, rest: np.ndarray, cores: np.ndarray
+    ) -> np.ndarray:
+        """Samples without silences too short to be held; their powers are renewed.
 
-        `power` is that of the octaves of x, and `step` the least difference of samples in a row.
+        `power` is that of the octaves of x, and `rest` what is left below them, in frames; `cores`
+        are those that x contains.
         """
-        hop = self.scale.hop
+        step = cores[:, STEP].min()
         if power[0].min() > 0.0 or not np.isfinite(step):
-            return None
-        out = np.empty(len(x))
-        return out if bridge(x, SHORTEST, (CLOSED + 2) * hop, step, out) else None
+            return x
+        least, greatest = cores[:, LEAST].min(), cores[:, GREATEST].max()
+        hop = self.scale.hop
+        out, changed = np.empty(len(x)), np.zeros(power.shape[1], np.bool_)
+        if not bridge(x, hop, step, least, greatest, out, changed):
+            return x
+        renew_powers(out, hop, greatest_within(changed, EDGE), power, rest)
+        return out
 
     def octaves(
-        self,
-        x: np.ndarray,
-        power: np.ndarray,
-        real: tuple[int, int],
-        core: int,
-        scratch: np.ndarray,
+        self, x: np.ndarray, power: np.ndarray, real: tuple[int, int], core: int
     ) -> tuple[np.ndarray, np.ndarray]:
         """Samples with ramps, and the powers of their frames; `core` of these lie in the window.
 
-        Frames are silent only between those of `real`. `scratch` is that of `octave_powers`.
+        Frames are silent only between those of `real`.
         """
         hop, past = self.scale.hop, self.scale.past
         next_held = min(core + past + 1, power.shape[1] - 1)  # a silence there has its power
         self.silent = None
         if power[0, slice(*real)].min(initial=1.0) == 0.0:
-            closed = np.empty(power.shape[1], np.bool_)
-            silent_frames(power, *real, closed)
-            if closed.any():
-                self.silent = np.empty(len(x), np.bool_)
-                silent_samples(x, closed, hop, self.silent)
-            if closed.any():
-                x, power = x.astype(float), np.empty_like(power)
-                soften(x, self.silent, round(RAMP * self.rate))
-                octave_powers(x, len(power), *scratch, power)
+            closed, silent = np.empty(power.shape[1], np.bool_), np.empty(len(x), np.bool_)
+            runs, count = np.empty((len(closed) // CLOSED, 2), np.int64), 0
+            if silent_frames(power, *real, closed):
+                count = silent_samples(x, closed, hop, silent, runs)
+            if count:
+                self.silent, x, power = silent, x.astype(float), power.copy()
+                changed = np.zeros(len(closed), np.bool_)
+                soften(x, runs[:count], round(RAMP * self.rate), hop, changed)
+                wanted = greatest_within(changed, EDGE) & ~closed
+                renew_powers(x, hop, wanted, power, np.empty(len(closed)))
                 hold(power, closed, past, self.octaves_held)
-            else:
-                self.silent = None
         self.octaves_held = power[:, next_held].copy()
         return x, power
 

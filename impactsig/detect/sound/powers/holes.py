@@ -15,29 +15,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from ._floor_kernels import count_falls
+
 FALL, FALLEN = 1e-4, 0.01  # ratio of powers, and share of bands and times
 LEAST = 1e-3  # share of deep falls in a window, fewer than which are not looked at
 STEP, CROSSING = 1e-2, 5e-3  # ratio of powers, and share of these falls while others rise
 DEEP = 10.0**-5.5  # times the strongest of a band: a hole
 
 
-def falls_of(means: np.ndarray, sounding: np.ndarray) -> np.ndarray:
+def falls_of(means: np.ndarray, sounding: np.ndarray) -> tuple[int, int, int]:
     """Numbers of pairs of neighbours in time, of deep falls, and of falls beside rises.
 
     Of powers (bands, times), of which those `sounding` are known; every other band is counted.
     """
-    before, after = means[::2, :-1], means[::2, 1:]
-    deep = after < FALL * before
-    if np.count_nonzero(deep) <= LEAST * deep.size:  # as nearly always
-        return np.array([deep.size, 0, 0])
-    together = sounding[1:] & sounding[:-1]
-    pairs = len(before) * np.count_nonzero(together)
-    falls = np.count_nonzero((after < STEP * before) & together, axis=0)
-    rises = np.count_nonzero((before < STEP * after) & together, axis=0)
-    return np.array([pairs, np.count_nonzero(deep & together), np.minimum(falls, rises).sum()])
+    return count_falls(means, sounding, FALL, STEP, LEAST)
 
 
-def has_holes(counted: np.ndarray) -> bool:
-    """Whether codecs left holes, given the sum of `falls_of`."""
-    pairs, deep, crossing = counted
-    return bool(deep > FALLEN * pairs and crossing > CROSSING * deep)
+def has_holes(pairs: int, deep: int, crossing: int) -> bool:
+    """Whether codecs left holes, given the sums of `falls_of`."""
+    return deep > FALLEN * pairs and crossing > CROSSING * deep

@@ -14,22 +14,39 @@ import math
 
 import numpy as np
 
-from .._lane_kernels import fused
-from ._filter_kernels import TAPS, add_products, between, product
+from .._lane_kernels import fused, sum_of_squares
+from ._filter_kernels import TAPS, add_products, between, filtered_at, product, taps_at
 
 SHIFTS = 16  # shifts of the waveform for each sample
 ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one more on either side
 UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
 TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
+ALIKE = 0.9  # correlation with the waveform
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
 @fused
 def shift_wave(wave, pad, shifts):
     """The wave at all shifts of a grid, without `pad` samples at both ends."""
-    taps = np.empty(2 * TAPS)
+    shift_by(wave, pad, shift_taps(), shifts)
+
+
+@fused
+def shift_taps():
+    """Interpolation weights of these shifts, one set a row."""
+    taps = np.empty((ROWS, 2 * TAPS))
     for j in range(ROWS):
-        between(wave, pad - (j - ROWS // 2) / SHIFTS, taps, shifts[j])
+        later = (ROWS // 2 - j) / SHIFTS
+        taps_at(later - math.floor(later), taps[j])
+    return taps
+
+
+@fused
+def shift_by(wave, pad, taps, shifts):
+    """The same as `shift_wave`, by the weights."""
+    for j in range(ROWS):
+        whole = math.floor((ROWS // 2 - j) / SHIFTS)
+        filtered_at(wave, pad + int(whole) + 1 - TAPS, taps[j], shifts[j])
 
 
 @fused
@@ -172,10 +189,7 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
     tail = TAIL * energy if clear > 0.0 else 0.0  # the end of a wave being learned is uncertain
     for i in range(len(sounds)):
         y = sounds[i]
-        noise = 0.0
-        for k in range(quiet):
-            noise += y[k] * y[k]
-        noise *= total / quiet
+        noise = sum_of_squares(y[:quiet]) * (total / quiet)
         shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
         if clear > 0.0:
             response = respond(y, first, reach, stride, weighted, sums)
@@ -201,6 +215,53 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
                     shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
         out[i, 4], out[i, 5] = noise, beyond
+
+
+@fused
+def is_alike(laid):
+    """Whether the residual of a sound, by what `lay_over` finds, is noise and 1 - ALIKE^2 at most.
+
+    The greater part is explained in any case.
+    """
+    left, own, noise = laid[2], laid[3], laid[4]
+    clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
+    return math.isfinite(laid[0]) and clear and left <= 0.75 * own
+
+
+@fused
+def mark_alike(laid, out):
+    """The same of each sound."""
+    for i in range(len(laid)):
+        out[i] = is_alike(laid[i])
+
+
+@fused
+def most_alike(sounds, lengths, taper, weight):
+    """Number of the sound to which most are alike, the first of several; -1 if that is to no half.
+
+    A sound is left as soon as it cannot come up to that.
+    """
+    best, most = -1, -(-len(sounds) // 2) - 1
+    anywhere, laid = np.empty((1, 2)), np.empty((1, 6))
+    anywhere[0, 0], anywhere[0, 1] = 0.0, np.inf  # where they agree is to be seen
+    shifts, taps = np.empty((ROWS, lengths.size)), shift_taps()
+    first = lengths.first - lengths.pad
+    for leader in range(len(sounds)):
+        wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
+        shift_by(wave, lengths.pad, taps, shifts)
+        count = len(sounds)
+        for i in range(len(sounds)):
+            if count <= most:
+                break
+            own = sounds[i : i + 1]
+            lay_over(own, anywhere, lengths, 0.0, 1.0, 0.0, shifts, taper, weight, laid)
+            if not is_alike(laid[0]):
+                count -= 1
+        if count > most:
+            best, most = leader, count
+        if most == len(sounds):
+            break
+    return best
 
 
 @fused

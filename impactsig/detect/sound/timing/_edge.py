@@ -7,7 +7,7 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
 the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
-itself. `step_modes` gives a mode with an abrupt start behind each of them.
+itself. `columns_of` gives a mode with an abrupt start behind each of them.
 """
 
 from __future__ import annotations
@@ -16,18 +16,15 @@ import functools
 
 import numpy as np
 
-from .._nearby import middle, middles
-from ._shared_modes_kernels import add_moved, ring
+from ._edge_kernels import REAL, step_modes, whitening_taps
 
 PER_SAMPLE = 16  # values of a response for each sample, for integrals
 PARTS = 4  # shifts for each sample
 REACH, SLOPE_REACH = 24, 10  # samples to either side; of that of `resample_poly`
-_SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / (3 * PER_SAMPLE)
+_NO_FILTER = np.empty(0)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
 HIGH_PASS_REACH = 2e-3  # [s]
 WHITENED = 1e-3  # [s], reach of the filter that whitens noise
-SMOOTH = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # of its spectrum
-WEAKEST_NOISE = 0.1  # of its density, over the median above HIGH_PASS, that is believed
 
 
 def _places(reach: int) -> np.ndarray:
@@ -82,21 +79,9 @@ def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) ->
     """
     count, reach = quiet.shape[1], round(WHITENED * rate)
     taper, ends = _tapers(count, reach)
-    transform = np.fft.rfft(quiet * taper)
-    spectrum = middles(transform.real**2 + transform.imag**2)
-    reflected = np.concatenate((spectrum[2:0:-1], spectrum, spectrum[-2:-4:-1]))
-    spectrum = np.convolve(reflected, SMOOTH, mode="valid") + error
-    above = np.arange(len(spectrum)) * rate >= HIGH_PASS * count
-    density = middle(spectrum[above])
-    if not density > 0.0:
-        return taps
-    frequency = np.arange(reach + 1) / (2 * reach + 1)
-    places = np.arange(len(spectrum))[above] / count
-    known = np.interp(frequency, places, spectrum[above] / density)
-    gain = 1.0 / np.sqrt(np.maximum(known, WEAKEST_NOISE))
-    inverse = np.roll(np.fft.irfft(gain, 2 * reach + 1), reach) * ends
-    both = np.convolve(taps, inverse)[reach:-reach]
-    return both - both.mean()
+    white, spectra = np.empty(len(taps)), np.fft.rfft(quiet * taper)
+    edge = HIGH_PASS * count / rate
+    return white if whitening_taps(spectra, count, edge, error, taps, ends, white) else taps
 
 
 @functools.lru_cache(maxsize=8)
@@ -106,9 +91,9 @@ def _tapers(count: int, reach: int) -> tuple[np.ndarray, np.ndarray]:
     return taper / np.sqrt(np.sum(taper**2)), np.hamming(2 * reach + 1)
 
 
-def step_modes(
+def columns_of(
     exponents: np.ndarray, response: np.ndarray | None, taps: np.ndarray, first: int, last: int
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Modes that start at 0, and an impulse and its derivative, after both filters.
 
     Parameters
@@ -120,31 +105,12 @@ def step_modes(
 
     Returns
     -------
-    modes : (columns, PARTS (last - first) + 1)
-        Real and imaginary part of exp(exponent u) behind them, every 1 / PARTS samples.
-    beyond : (2, PARTS (last - first) + 1)
-        The response and its slope: what modes above the band leave in it.
+    columns : (modes + 2, PARTS (last - first) + 1)
+        Real and imaginary part of exp(exponent u) behind them, every 1 / PARTS samples; and the
+        response and its slope: what modes above the band leave in it.
     """
-    count = PARTS * (last - first) + 1
-    reach = len(taps) // 2 if response is None else (len(response) // PER_SAMPLE + len(taps)) // 2
-    begin, end = min(first, -reach), max(last, reach)
-    rows = PARTS * (end - begin) + 1
-    before = PARTS * (first - begin)
-    if response is None:
-        both, at_first, step = np.zeros(rows), 0, 1
-        weights = np.ones((len(exponents), 1), complex)
-        at = -PARTS * (reach + begin)
-        both[at : at + PARTS * len(taps) : PARTS] = taps[::-1]
-        beyond = np.zeros((2, count))
-    else:
-        both = np.zeros(PER_SAMPLE * (end - begin + 1) + 1)  # from begin - 1 on
-        at_first, step = PER_SAMPLE, PER_SAMPLE // PARTS
-        add_moved(response, taps, PER_SAMPLE, both[PER_SAMPLE * (1 - reach - begin) :])
-        weights = _SIMPSON * np.exp(exponents[:, None] * np.arange(step + 1) / PER_SAMPLE)
-        slopes = np.zeros(len(both))  # as both ends are
-        slopes[1:-1] = (0.5 * PER_SAMPLE) * (both[2:] - both[:-2])
-        kept = slice(at_first + step * before, None, step)
-        beyond = np.stack((both[kept][:count], slopes[kept][:count]))
-    modes = np.empty((2, len(exponents), count))
-    ring(both, at_first, step, weights, np.exp(exponents / PARTS), before, modes)
-    return np.concatenate((modes[0], modes[1, exponents.imag > 1e-9])), beyond
+    count = len(exponents) + np.count_nonzero(exponents.imag > REAL) + 2
+    out = np.empty((count, PARTS * (last - first) + 1))
+    known = _NO_FILTER if response is None else response
+    step_modes(exponents, known, taps, first, last, PER_SAMPLE, PARTS, out)
+    return out

@@ -39,15 +39,18 @@ def taps_at(part, taps):
 def filtered_at(wave, first, taps, out):
     """out[k]: scalar product of the taps with the wave from sample first + k on.
 
-    Four taps at a time: the inner loop runs in vector lanes.
+    Eight taps at a time: the inner loop runs in vector lanes.
     """
     out[:] = 0.0
-    count, whole = len(out), len(taps) // 4 * 4
-    for n in range(0, whole, 4):
+    count, whole = len(out), len(taps) // 8 * 8
+    for n in range(0, whole, 8):
         t0, t1, t2, t3 = taps[n], taps[n + 1], taps[n + 2], taps[n + 3]
-        part = wave[first + n : first + n + count + 3]
+        t4, t5, t6, t7 = taps[n + 4], taps[n + 5], taps[n + 6], taps[n + 7]
+        part = wave[first + n : first + n + count + 7]
         for k in range(count):
-            out[k] = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
+            one = out[k] + t0 * part[k] + t1 * part[k + 1] + t2 * part[k + 2] + t3 * part[k + 3]
+            one = one + t4 * part[k + 4] + t5 * part[k + 5] + t6 * part[k + 6] + t7 * part[k + 7]
+            out[k] = one
     for n in range(whole, len(taps)):
         tap, part = taps[n], wave[first + n : first + n + count]
         for k in range(count):

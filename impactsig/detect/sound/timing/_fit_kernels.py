@@ -15,6 +15,7 @@ from ._shift_kernels import place, weigh
 class Fit(NamedTuple):
     """What the kernel needs of a model."""
 
+    lead: int  # samples of a fit before its origin
     whole: np.ndarray  # bases at whole samples about 0, in single precision: twice as fast
     whole_grams: np.ndarray
     fine: np.ndarray  # and at fine shifts, `step` apart
@@ -27,23 +28,37 @@ class Fit(NamedTuple):
 
 
 @fused
-def fit_each(sounds, first, fit, out):
-    """Instant after the sample first[i], standard error and residual fraction of each sound.
+def begin_each(guess, before, last, out):
+    """out[i]: the sample so many before the one next to guess[i]; -1 if it is not in 0 to `last`.
 
-    The part of a sound that is fitted begins at first[i], and then at the most probable whole shift
-    from there. The share is that beyond noise. NaN where a sound does not hold all that.
+    And where there is no guess.
+    """
+    for i in range(len(guess)):
+        at = math.floor(guess[i] + 0.5) - before if math.isfinite(guess[i]) else -1
+        out[i] = at if 0 <= at <= last else -1
+
+
+@fused
+def fit_each(sounds, begins, guess, fit, out):
+    """Instant, standard error and residual fraction of each sound that starts near a guess.
+
+    The part of a sound that is fitted begins at the guess, and then at the most probable whole
+    shift from there. The share is that beyond noise. Instants and guesses count from begins[i]
+    samples before a sound. NaN where a sound does not hold all that, or there is no guess.
 
     out : (n, 3)
     """
-    count, reach, size = len(first), len(fit.whole) // 2, fit.whole.shape[2]
+    count, reach, size = len(guess), len(fit.whole) // 2, fit.whole.shape[2]
     near = int(fit.step * (len(fit.fine) // 2))
     which, begin = np.empty(count, np.int64), np.empty(count, np.int64)
     known = 0
     for i in range(count):
         out[i, 0] = out[i, 1] = out[i, 2] = np.nan
-        if reach <= first[i] and first[i] + reach + size <= sounds.shape[1]:
-            which[known], begin[known] = i, first[i]
-            known += 1
+        if begins[i] >= 0 and math.isfinite(guess[i]):
+            first = math.floor(guess[i] + 0.5) - fit.lead - begins[i]
+            if reach <= first <= sounds.shape[1] - reach - size:
+                which[known], begin[known] = i, first
+                known += 1
     energy, beyond = np.empty(LANES), np.empty(LANES)
     shift, fitted = np.empty(LANES, np.int64), np.empty((LANES, 3))
     at_samples = np.empty((LANES, 3, len(fit.whole)))
@@ -82,6 +97,6 @@ def fit_each(sounds, first, fit, out):
         for i in range(there):
             own, one = fit.floor[0] / energy[i], held[i]
             wider = max((own + fit.misfit) / (own + fit.floor[1]), 1.0)
-            out[one, 0] = start[i] - first[one] + fitted[i, 0]
+            out[one, 0] = begins[one] + start[i] + fit.lead + fitted[i, 0]
             out[one, 1] = math.sqrt(fitted[i, 1] * fitted[i, 1] * wider + beyond[i])
             out[one, 2] = fitted[i, 2] - fit.freedom * own

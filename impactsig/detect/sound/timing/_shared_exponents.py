@@ -2,42 +2,84 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from typing import NamedTuple
+
 import numpy as np
 
 from ._shared_modes_kernels import add_rings
 
-RING = (0.6e-3, 5e-3)  # [s] after the guess: where modes are learned from, and how long
+SKIP = 0.6e-3  # [s] after the guess: where rings begin, that modes are learned from
 WEAKEST = 2e-3, 1e-4  # eigenvalues that make a mode, relative to the greatest
 ABOVE_NOISE = 4.0  # times that of white noise
 DOUBTFUL = 1.5  # times it, that may be the stronger of the two eigenvalues of a mode
 ROUNDED = 1e-9  # relative to the greatest, that rounding may leave
-MOST_POLES, SPARSE = 14, 0.4  # more, or a greater part of all there could be, are not shared
-LEFT = 0.1  # fraction of the energy of rings, beyond noise, that shared modes do not leave
+MOST_POLES = 14  # more are not shared
 MODULI = 0.7, 0.9995
 ALONE = 1e-12  # least share of the modes that the last of lagged samples leaves
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
 
 
-def shared_exponents(
-    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
+class Ring(NamedTuple):
+    """Rings that modes are learned from."""
+
+    length: float  # [s]
+    sparse: float  # fraction of all poles there could be, at most, that are shared
+    left: float  # fraction of the energy, beyond noise, at most, that shared modes leave
+    misfit: float  # of their model over what it leaves, at most; see `Model.compare`
+
+
+# The longer ones have room for more poles, by which sounds that share none, or nearly the same, are
+# fitted as well: only by what is left these are told apart.
+RINGS = Ring(5e-3, 0.4, 0.1, np.inf), Ring(6e-3, 0.5, 0.01, 0.2)
+
+
+class Rings(NamedTuple):
+    """The sum of H'H / |y|^2 over sounds y, H the Hankel matrix of y: its upper half.
+
+    White noise of power 1 adds `floor` to each eigenvalue.
+    """
+
+    ring: Ring
+    size: int  # samples of each
+    total: np.ndarray
+    floor: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """Poles that are shared, at most."""
+        return min(MOST_POLES, self.ring.sparse * len(self.total))
+
+
+def no_rings(rate: float, ring: Ring) -> Rings:
+    """Those of no sounds."""
+    size = round(ring.length * rate)
+    return Rings(ring, size, np.zeros((size // 2, size // 2)))
+
+
+def with_rings(rings: Rings, sounds: np.ndarray, guess: np.ndarray, rate: float) -> Rings:
+    """Rings, to whose total those of sounds that start near a guess are added."""
+    size, total = rings.size, rings.total
+    known = np.isfinite(guess) & (guess < sounds.shape[1])
+    first = np.where(known, guess, sounds.shape[1]).astype(np.int64) + round(SKIP * rate)
+    floor = add_rings(sounds, first, size, size - len(total) + 1, total)
+    return rings._replace(floor=rings.floor + floor)
+
+
+def shared_exponents(rings: Rings, noise: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Candidate exponents of the modes that sounds share, the most probable first.
 
-    The eigenvectors of the sum of all H'H / |y|^2, H the Hankel matrix of a sound y, span the
-    modes; what turns these by a sample has the eigenvalues exp(exponent), one of each pair is
-    returned. The weak modes come in a choice after the strong, and last those that may be noise: a
-    mode that a filter stops is weak, but makes the sounds more probable. A mode near half the rate
-    may be one above it, folded by the sampler: these choices come apart, for without a filter they
-    are the same. There is no choice if modes are too many to be shared, or if more than LEFT of the
-    rings lies beside the strong ones: the eigenvalues of the others, noise apart.
+    The eigenvectors of their rings span the modes; what turns these by a sample has the eigenvalues
+    exp(exponent), one of each pair is returned. The weak modes come in a choice after the strong,
+    and last those that may be noise: a mode that a filter stops is weak, but makes the sounds more
+    probable. A mode near half the rate may be one above it, folded by the sampler: these choices
+    come apart, for without a filter they are the same. There is no choice if modes are too many to
+    be shared, or if too much of the rings lies beside the strong ones: the eigenvalues of the
+    others, noise apart.
     """
-    from scipy import linalg
-
-    total, floor = _rings(sounds, guess, noise, rate)
-    # This driver keeps to one thread: those of numpy's spin for longer than it takes.
-    value, vectors = linalg.eigh(total, lower=False, driver="evr")
+    value, vectors = _eigen(rings.total, vectors=True)
     choices = {}
-    for count in _counts(value, floor):
+    for count in _counts(value, rings, noise):
         common, last = vectors[:-1, -count:], vectors[-1, -count:]
         turn = common.T @ vectors[1:, -count:]  # (common' common)^-1 times this, by one row
         turn += np.outer(last, last @ turn) / max(1.0 - last @ last, ALONE)
@@ -53,42 +95,51 @@ def shared_exponents(
     return [choice for choice in choices.values() if len(choice)], folded
 
 
-def may_share(sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float) -> bool:
-    """Whether eigenvalues leave a choice of modes that these sounds share."""
-    from scipy import linalg
+def rings_of_shared(
+    sounds: np.ndarray, guess: np.ndarray, rate: float, noise: float
+) -> Rings | None:
+    """The shortest rings whose eigenvalues leave a choice of modes that these sounds share.
 
-    total, floor = _rings(sounds, guess, noise, rate)
-    value = linalg.eigh(total, lower=False, driver="evr", eigvals_only=True)
-    return bool(_counts(value, floor))
-
-
-def _rings(
-    sounds: np.ndarray, guess: np.ndarray, noise: float, rate: float
-) -> tuple[np.ndarray, float]:
-    """The upper half of the sum of all H'H / |y|^2, and what noise adds to each eigenvalue."""
-    skip, size = (round(t * rate) for t in RING)
-    width = size // 2
-    total = np.zeros((width, width))
-    known = np.isfinite(guess) & (guess < sounds.shape[1])
-    first = np.where(known, guess, sounds.shape[1]).astype(np.int64) + skip
-    return total, add_rings(sounds, first, size, noise, size - width + 1, total)
+    Longer ones are tried where a ring is of few samples. None if no modes are shared.
+    """
+    for ring in RINGS:
+        rings = with_rings(no_rings(rate, ring), sounds, guess, rate)
+        value, _ = _eigen(rings.total, vectors=False)
+        if _counts(value, rings, noise):
+            return rings
+        if rings.most >= MOST_POLES:
+            break
+    return None
 
 
-def _counts(value: np.ndarray, floor: float) -> list[int]:
+def _eigen(total: np.ndarray, vectors: bool) -> tuple[list[float], np.ndarray]:
+    """Eigenvalues of the matrix with this upper half, which ascend, and eigenvectors."""
+    from scipy.linalg import lapack
+
+    # This one keeps to one thread: those of numpy's spin for longer than it takes.
+    value, vector, *_ = lapack.dsyevr(total, compute_v=int(vectors), lower=0)
+    return value.tolist(), vector
+
+
+def _counts(value: list[float], rings: Rings, noise: float) -> list[int]:
     """Choices of how many of these eigenvalues, the greatest last, are those of shared modes."""
     width, counts = len(value), list[int]()
-    most = min(MOST_POLES, SPARSE * width)
+    most, floor = rings.most, noise * rings.floor
+
+    def above(least: float) -> int:
+        return width - bisect_right(value, least)
+
     for share in WEAKEST:
-        count = int(np.sum(value > max(share * value[-1], ABOVE_NOISE * floor)))
+        count = above(max(share * value[-1], ABOVE_NOISE * floor))
         if count > most:
             return counts
-        beside = float(np.sum(value[: width - count])) - floor * (width - count)
-        if not counts and beside > LEFT * (float(np.sum(value)) - floor * width) > 0.0:
+        beside = sum(value[: width - count]) - floor * (width - count)
+        if not counts and beside > rings.ring.left * (sum(value) - floor * width) > 0.0:
             return counts
         if count and count not in counts:
             counts.append(count)
     for share in (ROUNDED, WEAKEST[-1]):
-        count = int(np.sum(value > max(share * value[-1], DOUBTFUL * floor)))
+        count = above(max(share * value[-1], DOUBTFUL * floor))
         count += count % 2
         if counts and counts[-1] < count <= most:
             return [*counts, count]

@@ -12,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ._edge import responses
-from ._shared_exponents import shared_exponents
 from ._shared_modes_fit import Model, Projected, modes_behind
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
@@ -25,22 +24,24 @@ EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an ins
 
 
 def chosen_model(
+    shared: tuple[list[np.ndarray], list[np.ndarray]],
     sounds: np.ndarray,
     guess: np.ndarray,
-    few: int,
     noise: float,
     rate: float,
     taps: np.ndarray,
     heard: float,
     unlike: float,
 ) -> tuple[Model, Projected] | None:
-    """The model with the filter under which the loudest of the first few sounds are most probable.
+    """The model with the filter under which the loudest of the sounds are most probable.
 
-    Beside it these few, projected on it. None if they share no modes, or are more probable without
-    any filter. `unlike` is the share of the energy that the modes of sounds that share them leave
-    at most.
+    `shared` are exponents that they may share. Beside the model the sounds, projected on it. None
+    if they share no modes, or are more probable without any filter. `unlike` is the share of the
+    energy that the modes of sounds that share them leave at most.
     """
-    some, near = sounds[:few], guess[:few]
+    choices, folded = shared
+    if not choices:
+        return None
 
     def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
         model = modes_behind(exponents, response, taps, rate, heard)
@@ -49,11 +50,8 @@ def chosen_model(
 
     def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
         model = behind(exponents, response)
-        return model, model.projected(some, near)
+        return model, model.projected(sounds, guess)
 
-    choices, folded = shared_exponents(sounds, guess, noise, rate)
-    if not choices:
-        return None
     model, held = projected(choices[0], responses()[0])
 
     @functools.cache
@@ -68,7 +66,8 @@ def chosen_model(
         return None
     if leave_more(STRANGERS[1], Model.median_left):
         return None
-    model.learn(model.projected_there(held, LOUD), EXACT)
+    loud = held.loudest(LOUD)
+    model.learn(loud, EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
     if leave_more(HOPELESS, Model.median_left):
         return None
@@ -76,7 +75,7 @@ def chosen_model(
     def less_by_loud(exponents: np.ndarray) -> bool:
         """Whether the loud sounds are less probable without a filter."""
         other = behind(exponents, None)
-        other.learn(other.projected_there(held, LOUD), EXACT)
+        other.learn(other.projected_there(loud), EXACT)
         return other.evidence < model.evidence
 
     # Then all of them are less probable as well, or by less than DOUBT more.
@@ -92,9 +91,9 @@ def chosen_model(
             other, by_other = projected(exponents, None)
             other.learn(by_other, EXACT)
             unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, model, held)
+    best = _most_probable(behind, choices, folded, model, loud)
     if best is not model:
-        held = best.projected(some, near)
+        held = best.projected(sounds, guess)
     # What is as probable as a model that is probable enough needs no further proof.
     if not sure and by_all.evidence <= unfiltered - DOUBT:
         if best is model:
@@ -111,9 +110,9 @@ def _most_probable(
     choices: list[np.ndarray],
     folded: list[np.ndarray],
     model: Model,
-    held: Projected,
+    loud: Projected,
 ) -> Model:
-    """The model with the filter and the modes under which the loudest sounds are most probable.
+    """The model with the filter and the modes under which the loud sounds are most probable.
 
     All are compared about the origins by that of the widest filter and the first choice, which has
     learned from the loudest. The filters after the slope are narrower and narrower: there is one
@@ -126,7 +125,7 @@ def _most_probable(
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
         other = behind(exponents, response)
         other.prior = model.prior
-        other.learn(other.projected_there(held, LOUD), EXACT, beaten)
+        other.learn(other.projected_there(loud), EXACT, beaten)
         return other
 
     def less(item: tuple[Model, np.ndarray]) -> float:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._nearby import middle
-from ._edge import PARTS, step_modes
-from ._fit_kernels import Fit, fit_each
+from ._edge import PARTS, columns_of
+from ._fit_kernels import Fit, begin_each, fit_each
 from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
 from ._shift_kernels import NOTHING, leave, most_probable, place, weigh
 
@@ -28,6 +28,7 @@ BOTH_PRIORS = np.outer(PRIORS, (1.0, SLOPE_PRIOR))
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 COMPARED = 32  # sounds whose misfits are compared
+_NONE = np.empty((0, 3, 0))  # projections
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
@@ -46,6 +47,14 @@ class Projected:
     fine: np.ndarray  # (sounds, 3, shifts)
     grams: np.ndarray  # of these shifts
 
+    def loudest(self, most: int) -> Projected:
+        """The loudest of the sounds that have an origin, on the same modes about it."""
+        loud = np.sort(np.argsort(-self.energy_there, kind="stable")[:most])
+        there, energy = self.there[loud], self.energy_there[loud]
+        which, first, begins = self.which[there], self.first[there], self.begins[loud]
+        origins = np.arange(len(loud)), begins, energy, self.fine[loud], self.grams
+        return Projected(self.sounds, which, first, self.energy[there], _NONE, *origins)
+
 
 @dataclass
 class Model:
@@ -55,7 +64,7 @@ class Model:
     freedom: float  # degrees of it in noise that Q leaves
     near: int  # shifts on either side that a fit tries
     reach: int  # samples on either side that its origin is looked for in
-    parts: tuple[np.ndarray, np.ndarray]  # results of `step_modes`, from `lead` + `reach` before
+    columns: np.ndarray  # result of `columns_of`, from `lead` + `reach` before
     noise: float = 0.0  # power of a sample
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
@@ -83,28 +92,30 @@ class Model:
 
         With the diagonal of K'K and what lies beside it, (3, shifts).
         """
-        modes, beyond = self.parts
-        columns = np.concatenate((modes, beyond))
-        size = modes.shape[1] // PARTS - 2 * self.reach
-        rows = -(-len(columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
+        size = self.columns.shape[1] // PARTS - 2 * self.reach
+        rows = -(-len(self.columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
         basis, grams = np.empty((len(shift), rows, size)), np.empty((3, len(shift)))
-        orthonormal(columns, len(modes), PARTS, PARTS * self.reach, shift, basis, grams)
+        modes, begin = len(self.columns) - 2, PARTS * self.reach
+        orthonormal(self.columns, modes, PARTS, begin, shift, basis, grams)
         return basis, grams
 
-    def fit(self, sounds: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    def fit(
+        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
+    ) -> np.ndarray:
         """Instant, standard error [samples] and residual fraction of each sound; NaN if cut off.
 
-        The share is that beyond noise.
+        The share is that beyond noise. Instants count from so many samples before a sound `begins`.
         """
-        first, fits = self._first(guess), np.empty((len(guess), 3))
-        fit_each(sounds, first, self._fit, fits)
-        fits[:, 0] += first + self.lead
+        fits = np.empty((len(guess), 3))
+        begins = np.zeros(len(guess), np.int64) if begins is None else begins
+        fit_each(sounds, begins, guess, self._fit, fits)
         return fits
 
     @property
     def _fit(self) -> Fit:
         """Of a model that is learned, for the kernel."""
         return Fit(
+            self.lead,
             self._coarse,
             self.whole[1],
             *self.fine,
@@ -125,9 +136,11 @@ class Model:
         """Samples that a fit may need."""
         return self.whole[0].shape[2] + 2 * self.reach
 
-    def begins(self, guess: np.ndarray) -> np.ndarray:
-        """The first sample of each sound that a fit may need."""
-        return self._first(guess) - self.reach
+    def begins(self, guess: np.ndarray, length: int) -> np.ndarray:
+        """The first sample of each sound that a fit may need; -1 if these are not all there."""
+        begins = np.empty(len(guess), np.int64)
+        begin_each(guess, self.lead + self.reach, length - self.width, begins)
+        return begins
 
     def _first(self, guess: np.ndarray) -> np.ndarray:
         """Sample of each sound at which a fit at its guess begins."""
@@ -142,23 +155,17 @@ class Model:
         which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
         first = first[which]
         energy, whole = _projections(sounds, which, first, basis)
-        none, nowhere = np.empty((0, 3, 0)), np.empty(0, np.int64)
-        later = nowhere, nowhere, np.empty(0), none, none
+        nowhere = np.empty(0, np.int64)
+        later = nowhere, nowhere, np.empty(0), _NONE, _NONE
         return Projected(sounds, which, first, energy, whole, *later)
 
-    def projected_there(self, held: Projected, most: int) -> Projected:
-        """The loudest of sounds that have an origin by another model, for a fit about the same."""
-        loud = np.arange(len(held.there))
-        if len(loud) > most:
-            loud = np.sort(np.argsort(-held.energy_there, kind="stable")[:most])
-        there, begins = held.there[loud], held.begins[loud]
-        which, first = held.which[there], held.first[there]
-        (basis, grams), none = self.close, np.empty((len(loud), 3, 0))
-        energy, fine = _projections(held.sounds, which, begins, basis)
-        there = np.arange(len(loud))
-        return Projected(
-            held.sounds, which, first, energy, none, there, begins, energy, fine, grams
-        )
+    def projected_there(self, held: Projected) -> Projected:
+        """Sounds that have an origin by another model, for a fit about the same."""
+        basis, grams = self.close
+        which = held.which[held.there]
+        energy, fine = _projections(held.sounds, which, held.begins, basis)
+        origins = np.arange(len(which)), held.begins, energy, fine, grams
+        return Projected(held.sounds, which, held.first[held.there], energy, _NONE, *origins)
 
     def median_left(self, held: Projected) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
@@ -184,7 +191,7 @@ class Model:
         up to an evidence of `beaten`.
         """
         begin, priors = PRIORS.index(self.prior[0]), BOTH_PRIORS
-        if not self.parts[1].any():  # without a filter all are the same
+        if not self.columns[-1].any():  # without a filter all are the same
             begin, priors = 0, BOTH_PRIORS[:1]
         self.evidence = -np.inf
         energy, fine = self._near(held)
@@ -205,8 +212,10 @@ class Model:
         )
         self.prior = impulse, impulse * SLOPE_PRIOR
 
-    def compare(self, held: Projected, most: float) -> None:
+    def compare(self, held: Projected, most: float) -> float:
         """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
+
+        Its ratio to what the model leaves in a sample, with the noise, is returned.
 
         What a model leaves lies in few directions, and one of them may be that in which a shift
         changes a sound. A fit has taken this part off the sound, but not off others: the misfit
@@ -222,7 +231,7 @@ class Model:
         own = self.noise / energy
         alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
         if len(alike) < LEAST:
-            return
+            return 0.0
         own, which = own[alike], held.which[there[alike]]
         left, change = np.empty((2, len(alike), self.close[0].shape[2]))
         leave_and_change(
@@ -239,6 +248,7 @@ class Model:
         squares = (change @ left.T) ** 2 - own
         others = np.sum(squares, axis=0) - np.diag(squares)
         self.misfit = OWN * middle(others) / (len(own) - 1)
+        return self.misfit / (middle(own) + self.error)
 
     def _near(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
         """Energy and fine projections of the sounds that start somewhere.
@@ -281,6 +291,6 @@ def modes_behind(
     """
     lead, after = (round(t * rate) for t in FIT)
     reach = int(np.ceil(REACH * rate))
-    parts = step_modes(exponents, response, taps, -lead - reach, after + reach)
-    freedom = max(heard * (lead + after) - len(parts[0]), 1.0)
-    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, parts)
+    columns = columns_of(exponents, response, taps, -lead - reach, after + reach)
+    freedom = max(heard * (lead + after) - (len(columns) - 2), 1.0)
+    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, columns)

@@ -6,14 +6,28 @@ import math
 
 import numpy as np
 
-from ...._compiling.compiled import kernel
 from .._attack_kernels import innovations
-from .._lane_kernels import fused, sum_of_squares
+from .._lane_kernels import fused, greatest_of, sum_of_squares
 from ._filter_kernels import filtered_at, taps_at
 
 NEAR_TAPS = 8  # samples on either side from which a crossing is interpolated
 FINE = 4  # places between two samples that a crossing is looked for at
 FAINTEST = 1e-300  # energy whose reciprocal is finite
+
+
+@fused
+def gather(samples, first, out, heard):
+    """The samples from each of the first on, and whether one is not 0; 0 if that is negative."""
+    for i in range(len(first)):
+        own, some = out[i], False
+        if first[i] < 0:
+            own[:] = 0.0
+        else:
+            part = samples[first[i] : first[i] + len(own)]
+            for k in range(len(own)):
+                own[k] = part[k]
+                some |= part[k] != 0.0
+        heard[i] = some
 
 
 @fused
@@ -27,42 +41,16 @@ def high_passed(samples, first, taps, out):
 
 
 @fused
-def ring(source, first, step, weights, factors, skip, out):
-    """Real and imaginary part of modes that ring to a source, out[0, n, i] and out[1, n, i].
-
-    y[i] = factors[n] y[i - 1] + sum of weights[n, k] source[first + i step - k]. The first `skip`
-    values of y are left out.
-    """
-    for n in range(len(factors)):
-        total, own = 0.0j, weights[n]
-        for i in range(skip + out.shape[2]):
-            at, cell = first + i * step, 0.0j
-            for k in range(len(own)):
-                cell += own[k] * source[at - k]
-            total = factors[n] * total + cell
-            if i >= skip:
-                out[0, n, i - skip], out[1, n, i - skip] = total.real, total.imag
-
-
-@kernel
-def add_moved(response, factors, apart, out):
-    """Add the response to `out` with each of the factors, every so many values."""
-    for n in range(len(factors)):
-        factor, at = factors[n], n * apart
-        part = out[at : at + len(response)]
-        for k in range(len(response)):
-            part[k] += factor * response[k]
-
-
-@fused
-def add_rings(sounds, first, size, noise, rows, total):
-    """Add the lagged products of the ring of each sound over its energy, and return the noise.
+def add_rings(sounds, first, size, rows, total):
+    """Add the lagged products of the ring of each sound over its energy; those of white noise.
 
     A ring is the part of `size` samples from first[i] on; those that a sound does not hold, or of
-    no more than the FAINTEST energy, do not count. The noise is that of so many rows. Of a ring y,
-    total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so many rows.
+    no more than the FAINTEST energy, do not count. What is returned is the diagonal that noise of
+    power 1 would add. Of a ring y, total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so
+    many rows.
     """
     floor, products, few = 0.0, np.zeros((size, size)), np.zeros((4, size))
+    width = len(total)
     held = 0
     for i in range(len(sounds)):
         if first[i] < 0 or first[i] + size > sounds.shape[1]:
@@ -73,16 +61,15 @@ def add_rings(sounds, first, size, noise, rows, total):
             scale = 1.0 / math.sqrt(energy)
             for k in range(size):
                 few[held, k] = scale * ring[k]
-            floor += rows * noise / energy
+            floor += rows / energy
             held += 1
         if held == len(few):
-            add_outer_products(few[0], few[1], few[2], few[3], products)
+            add_outer_products(few[0], few[1], few[2], few[3], width, products)
             held = 0
     few[held:] = 0.0
-    add_outer_products(few[0], few[1], few[2], few[3], products)
+    add_outer_products(few[0], few[1], few[2], few[3], width, products)
     # Along a diagonal one product comes and one goes: from its end on, for sounds decay, and sums
     # lose no digits as terms are added that are greater.
-    width = len(total)
     for apart in range(width):
         value = 0.0
         for k in range(size - 1 - apart, -1, -1):
@@ -95,11 +82,11 @@ def add_rings(sounds, first, size, noise, rows, total):
 
 
 @fused
-def add_outer_products(p, q, r, s, out):
-    """Add to out[i, j], i <= j, the product of elements i and j of each of four rows."""
+def add_outer_products(p, q, r, s, width, out):
+    """Add to out[i, j], i <= j < i + width, the products of elements i and j of four rows."""
     for i in range(len(p)):
         a, b, c, d = p[i], q[i], r[i], s[i]
-        row, pi, qi, ri, si = out[i, i:], p[i:], q[i:], r[i:], s[i:]
+        row, pi, qi, ri, si = out[i, i : i + width], p[i:], q[i:], r[i:], s[i:]
         for j in range(len(row)):
             row[j] += a * pi[j] + b * qi[j] + c * ri[j] + d * si[j]
 
@@ -120,9 +107,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
         taps_at(part / FINE, taps[part])
     sizes, peak = np.empty((FINE, end - begin)), np.empty(end - begin)
     for i in range(len(sounds)):
-        noise = greatest = 0.0
-        for k in range(quiet):
-            noise += sounds[i, k] * sounds[i, k]
+        noise = sum_of_squares(sounds[i, :quiet])
         sizes[0] = sounds[i, begin:end]
         peak[:] = 0.0
         for part in range(FINE):
@@ -132,8 +117,7 @@ def crossings(sounds, quiet, begin, end, shares, out):
             for k in range(len(peak)):
                 between[k] = abs(between[k])
                 peak[k] = between[k] if between[k] > peak[k] else peak[k]
-        for k in range(len(peak)):
-            greatest = max(greatest, peak[k])
+        greatest = greatest_of(peak)
         out[i, 0] = out[i, 1] = out[i, 2] = np.nan
         level = max(shares[0] * greatest, shares[1] * math.sqrt(noise / quiet))
         level = min(level, shares[2] * greatest)
@@ -166,3 +150,36 @@ def abruptness(waves, split, lag, slope, count, out):
                 first = power
             greatest = max(greatest, power)
         out[i] = first / greatest if greatest > 0.0 else 1.0
+
+
+@fused
+def add_powers(sounds, first, total):
+    """Add the power of each sound over its energy from first[i] on; how many hold all that."""
+    count = 0
+    for i in range(len(sounds)):
+        if first[i] < 0 or first[i] + len(total) > sounds.shape[1]:
+            continue
+        part = sounds[i, first[i] : first[i] + len(total)]
+        energy = sum_of_squares(part)
+        scale = 1.0 / energy if energy > FAINTEST else 1.0
+        for k in range(len(total)):
+            total[k] += scale * (part[k] * part[k])
+        count += 1
+    return count
+
+
+@fused
+def shift_each(crossed, latency, spread, fits, strange, wider, attack, out):
+    """Shift of each sound from `attack`, and its standard error.
+
+    By fits that leave no more than a `strange` fraction, whose errors are made `wider`, and else by
+    results of `crossings`, which are late by `latency` and scatter by `spread` besides.
+
+    fits : (n, 3), instant, standard error and residual fraction; (0, 3) if there are none
+    """
+    for i in range(len(crossed)):
+        out[i, 0] = crossed[i, 0] - latency - attack
+        out[i, 1] = math.hypot(spread, crossed[i, 2])
+        if len(fits) and fits[i, 2] <= strange:
+            out[i, 0] = fits[i, 0] - attack
+            out[i, 1] = math.hypot(fits[i, 1], wider)

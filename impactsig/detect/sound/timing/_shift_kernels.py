@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from ...signal.order_kernels import centre_of
-from .._lane_kernels import exponentials, fused, logarithms
+from .._lane_kernels import exponentials, fused, greatest_of, logarithms, reordered
 from ._alike_kernels import UNSURE
 
 BETWEEN = 8  # places between two shifts at which the probability is interpolated
@@ -102,7 +102,7 @@ def weigh(projections, energy, grams, step, floor, freedom, prior, out):
     Shifts lie `step` apart about 0. The rest is as in `_posterior`.
     """
     value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
-    scratch = np.empty(BETWEEN * (len(value) + 4))
+    scratch = np.empty(BETWEEN * len(value))
     for i in range(len(energy)):
         out[i, 0], out[i, 1], out[i, 2], _ = _posterior(
             projections[i], grams, energy[i], step, floor, freedom, prior, value, explained, scratch
@@ -142,7 +142,7 @@ def most_probable(
 def _evidence(projections, energy, grams, step, noise, freedom, prior, first_error, least):
     """Mean evidence of sounds with this prior, and the error that they leave in the median."""
     value, explained = np.empty(grams.shape[1]), np.empty(grams.shape[1])
-    scratch, beyond = np.empty(BETWEEN * (len(value) + 4)), np.empty(len(energy))
+    scratch, beyond = np.empty(BETWEEN * len(value)), np.empty(len(energy))
     error, evidence = first_error, 0.0
     for _ in range(2):
         for i in range(len(energy)):
@@ -192,7 +192,7 @@ def _moments(value, most, step, scratch):
     """Mean, standard deviation of the shift, and ln of the sum of exp(value).
 
     Between two shifts a cubic through four gives the value at BETWEEN places: all between those
-    that count. `scratch` has room for so many after each, and for as many sums.
+    that count. `scratch` has room for so many after each.
     """
     last = len(value) - 1
     low, high = 0, last
@@ -200,10 +200,7 @@ def _moments(value, most, step, scratch):
         low += 1
     while high > low + 1 and value[high - 1] < most - FALL:
         high -= 1
-    total, first = scratch[:BETWEEN], scratch[BETWEEN : 2 * BETWEEN]
-    second, greatest = scratch[2 * BETWEEN : 3 * BETWEEN], scratch[3 * BETWEEN : 4 * BETWEEN]
-    weight = scratch[4 * BETWEEN : (4 + high - low) * BETWEEN]
-    greatest[:] = -np.inf
+    weight = scratch[: (high - low) * BETWEEN]
     begin = _NONE
     for j in range(low, high):
         a, b = value[j], value[j + 1]
@@ -212,25 +209,29 @@ def _moments(value, most, step, scratch):
         line, square, cube = b - p, 2.0 * p - 5.0 * a + 4.0 * b - q, 3.0 * (a - b) + q - p
         for k in range(np.uint64(BETWEEN)):  # with numbers known beforehand, in vector lanes
             t = (k + 0.5) / BETWEEN
-            one = a + 0.5 * t * (line + t * (square + t * cube))
-            weight[begin + k] = one
-            greatest[k] = one if one > greatest[k] else greatest[k]
+            weight[begin + k] = a + 0.5 * t * (line + t * (square + t * cube))
         begin += np.uint64(BETWEEN)
-    top = greatest.max()
+    top = greatest_of(weight)
     for k in range(np.uint64(len(weight))):
         weight[k] -= top
     exponentials(weight)
-    total[:], first[:], second[:] = 0.0, 0.0, 0.0
-    begin = _NONE
-    for j in range(low, high):
-        for k in range(np.uint64(BETWEEN)):  # sums side by side: they run in vector lanes
-            one, at = weight[begin + k], j + (k + 0.5) / BETWEEN - 0.5 * last
-            total[k] += one
-            first[k] += one * at
-            second[k] += one * at * at
-        begin += np.uint64(BETWEEN)
-    mass = total.sum()
-    mean = first.sum() / mass
+    mass, first, second = _sums(weight, low + 0.5 / BETWEEN - 0.5 * last)
+    mean = first / mass
     # Nothing between two places is checked.
-    variance = max(second.sum() / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
+    variance = max(second / mass - mean * mean, 0.0) + 1.0 / (12.0 * BETWEEN * BETWEEN)
     return step * mean, step * math.sqrt(variance), top + math.log(mass * step / BETWEEN)
+
+
+@reordered
+def _sums(weight, begin):
+    """Sums of weights, BETWEEN of which lie between two shifts, times powers of their places.
+
+    Places begin at `begin`; powers are 0, 1 and 2.
+    """
+    total = first = second = 0.0
+    for k in range(np.uint64(len(weight))):
+        one, at = weight[k], begin + k * (1.0 / BETWEEN)
+        total += one
+        first += one * at
+        second += one * at * at
+    return total, first, second

@@ -22,7 +22,7 @@ from .laying import Laying, are_alike
 LEADERS = 8  # of the impacts that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
-QUARTERS = 4  # of the sounds, laid one after the other
+PARTS = (0, 8), (4, 8), (1, 4), (2, 4), (3, 4)  # first and stride of sounds laid side by side
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
 PASSES = 3  # over the impacts learned from
@@ -50,19 +50,10 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     strongest = np.argsort(-np.einsum("ij,ij->i", sounds, sounds), kind="stable")
     # Every so many of the stronger half: the others are noisier.
     some = strongest[: -(-len(sounds) // 2)][:: -(-len(sounds) // (2 * LEADERS))]
-    leaders = sounds[some]
-    anywhere = np.tile((0.0, np.inf), (len(leaders), 1))  # where they agree is to be seen
-    shifts = np.empty((ROWS, lengths.size))
-    wave, most = leaders[0, part].copy(), -1
-    for leader in leaders:
-        shift_wave(leader[part], lengths.pad, shifts)
-        count = int(are_alike(laying.over(leaders, anywhere, shifts, 0.0, 1.0)).sum())
-        if count > most:
-            wave, most = leader[part].copy(), count
-        if most == len(leaders):
-            break
-    if most < len(leaders) / 2:
+    leader = laying.leader(sounds[some])
+    if leader < 0:
         return None
+    wave, shifts = sounds[some[leader], part].copy(), np.empty((ROWS, lengths.size))
     for turn in range(PASSES):
         shift_wave(wave, lengths.pad, shifts)
         laid = _lay_if_alike(laying, sounds, expected, shifts)
@@ -123,8 +114,8 @@ def _lay_if_alike(
     """The result of `Laying.over`; None as soon as too few can be alike, or agree with attacks."""
     spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
     agreeing, known = 0, 0
-    for first in range(min(QUARTERS, len(sounds))):
-        some = slice(first, None, QUARTERS)
+    for part in PARTS:
+        some = slice(part[0], None, part[1])
         anywhere = np.tile((0.0, np.inf), (len(laid[some]), 1))
         laid[some] = laying.over(np.ascontiguousarray(sounds[some]), anywhere, shifts, 0.0, 1.0)
         alike = are_alike(laid[some])

@@ -58,14 +58,17 @@ class Overlay:
 
     def add(self, sounds: np.ndarray, spread: np.ndarray) -> None:
         """Add the sounds (n, length) of the next impacts, with standard errors of attacks."""
-        if self.learned:
-            self.found.append(self._shifts(sounds, self._expected(spread)))
-            return
-        self.held.append(sounds.copy())  # they come as part of much more
-        self.spreads.append(spread)
-        self.count += len(sounds)
-        if self.count >= LEARN:
+        if not self.learned:
+            held = sounds[: LEARN - self.count]
+            self.held.append(held)
+            self.spreads.append(spread)
+            self.count += len(held)
+            if self.count < LEARN:
+                return
             self._learn()
+            sounds, spread = sounds[len(held) :], spread[len(held) :]
+        if len(sounds):
+            self.found.append(self._shifts(sounds, spread))
 
     def timing(self) -> np.ndarray:
         """Shift and standard error of every impact, shape (2, n); NaN where unchanged."""
@@ -75,10 +78,11 @@ class Overlay:
 
     def _learn(self) -> None:
         sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        expected = self._expected(np.concatenate([np.empty(0), *self.spreads]))
-        self.wave = learn_waveform(self.laying, sounds[:LEARN], expected[:LEARN])
+        spread = np.concatenate([np.empty(0), *self.spreads])
+        expected = self._expected(spread)[: self.count]  # `reference` knows of later ones too
+        self.wave = learn_waveform(self.laying, sounds, expected)
         self.learned, self.held, self.spreads = True, [], []
-        self.found.append(self._shifts(sounds, expected))
+        self.found.append(self._laid(sounds, expected))
 
     def _expected(self, spread: np.ndarray) -> np.ndarray:
         """Prior shift and standard error of the last impacts."""
@@ -86,8 +90,14 @@ class Overlay:
         known = np.isfinite(shift)
         return np.stack((np.where(known, shift, 0.0), np.where(known, error, spread)), axis=1)
 
-    def _shifts(self, sounds: np.ndarray, expected: np.ndarray) -> np.ndarray:
-        """Shift and standard error; NaN for sounds unlike the wave."""
+    def _shifts(self, sounds: np.ndarray, spread: np.ndarray) -> np.ndarray:
+        """Shift and standard error of the last sounds; NaN for those unlike the wave."""
+        if self.wave is None:
+            return np.full((len(sounds), 2), np.nan)
+        return self._laid(sounds, self._expected(spread))
+
+    def _laid(self, sounds: np.ndarray, expected: np.ndarray) -> np.ndarray:
+        """The same of any sounds."""
         found = np.full((len(sounds), 2), np.nan)
         if self.wave is not None:
             expected = np.add(expected, (self.wave.latency, 0.0))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._alike_kernels import SHIFTS, lay_over
+from ._alike_kernels import SHIFTS, lay_over, mark_alike, most_alike
 from ._filter_kernels import TAPS
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
@@ -14,7 +14,6 @@ FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
 QUIET = 1e-3  # [s], before all that, by which noise is known
 BESIDE = 3  # samples left out on either side of the attack: a jump is not the same in all sounds
 FINEST = 32_000.0  # [Hz], the rate of the shifts tried first
-ALIKE = 0.9  # correlation with the waveform
 AGREE = 60e-6  # [s], by which the attack and the waveform may differ in the median
 AGREE_IN_NOISE = 150e-6  # [s], at most, if what is left is noise: two standard errors of attacks
 
@@ -92,6 +91,10 @@ class Laying(NamedTuple):
         )
         return laid
 
+    def leader(self, sounds: np.ndarray) -> int:
+        """Number of the sound to which most others are alike; -1 if these are less than half."""
+        return int(most_alike(sounds, self.lengths, self.taper, self.weight))
+
     def sum_of(self, a: np.ndarray, b: np.ndarray) -> float:
         """Weighted scalar product of two waveforms."""
         return float(np.sum(self.weight * a * b))
@@ -111,6 +114,6 @@ def laying_of(lengths: Lengths) -> Laying:
 
 def are_alike(laid: np.ndarray) -> np.ndarray:
     """Whether the residual of each sound is only noise and a fraction 1 - ALIKE**2."""
-    shift, _, left, own, noise, _ = laid.T
-    clear = left <= (1.0 - ALIKE**2) * own + 2.0 * ALIKE**2 * noise
-    return np.isfinite(shift) & clear & (left <= 0.75 * own)
+    out = np.empty(len(laid), np.bool_)
+    mark_alike(laid, out)
+    return out

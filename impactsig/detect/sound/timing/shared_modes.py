@@ -32,13 +32,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth import FAINTEST, spread_of
+from .._growth_kernels import spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
-from ._shared_exponents import may_share
+from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
-from ._shared_modes_kernels import NEAR_TAPS, abruptness, crossings, high_passed
+from ._shared_modes_kernels import (
+    NEAR_TAPS,
+    abruptness,
+    add_powers,
+    crossings,
+    gather,
+    high_passed,
+    shift_each,
+)
 
 FASTEST = 24_000.0  # [Hz]: above, the attack is timed to less than 20 us by itself
 SLOW = 16_000.0  # [Hz]: up to it, ringing before an impact is worse than a crossing
@@ -56,6 +64,7 @@ HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulu
 BEGINNING = 1.5e-3  # [s]
 RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
 ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
+_NO_FITS = np.empty((0, 3))
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
 
 
@@ -80,8 +89,9 @@ class SharedModes:
     white: np.ndarray = field(init=False)  # taps that whiten the noise as well
     before: int = field(init=False)  # samples kept before an attack
     length: int = field(init=False)
-    held: list[np.ndarray] = field(default_factory=list)
-    count: int = 0
+    waves: np.ndarray = field(init=False)  # about the first LEARN attacks, to learn from
+    heard: np.ndarray = field(init=False)  # whether there is anything in each
+    count: int = 0  # of them, so far
     learned: bool = False
     model: Model | None = None
     latency: float = 0.0  # of the crossing, in the median [samples]
@@ -94,24 +104,20 @@ class SharedModes:
         self.taps = self.white = high_pass(self.rate)
         self.before = round(BEFORE * self.rate)
         self.length = self.before + round(AFTER * self.rate)
+        self._forget()
 
-    def add(self, x: np.ndarray, valid: tuple[int, int], attacks: np.ndarray) -> None:
-        """Add the next attacks, halfway between two of the samples x.
-
-        Those from valid[0] to valid[1] are real: all that the record has within `length` of them.
-        """
+    def add(self, x: np.ndarray, attacks: np.ndarray) -> None:
+        """Add the next attacks, halfway between two of the samples x, all that are near them."""
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
             first = np.rint(attacks + 0.5).astype(int) - self.before
-            there = (first >= valid[0]) & (first + self.length <= valid[1])
-            if self.learned:
-                self.found.append(self._timed(x, np.where(there, first, -1)))
-                return
-            self.held.append(self._waves(x, first, there))
-            self.count += len(first)
-            if self.count >= LEARN:
-                self._learn()
+            there = (first >= 0) & (first + self.length <= len(x))
+            first = np.where(there, first, -1)
+            if not self.learned:
+                first = self._hold(x, first)
+            if len(first):
+                self.found.append(self._timed(x, first))
 
     @property
     def _applies(self) -> bool:
@@ -137,46 +143,51 @@ class SharedModes:
         first = len(timing.shift) - count
         return Timing(timing.shift[first:], timing.error[first:])
 
-    def _waves(self, x: np.ndarray, first: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """Waveform around each attack; zeros if it is incomplete."""
-        if not there.any():
-            return np.zeros((len(first), self.length))
-        every = np.lib.stride_tricks.sliding_window_view(x, self.length)
-        if there.all():  # one copy, not two
-            return np.asarray(every[first])
-        waves = np.zeros((len(first), self.length))
-        waves[there] = every[first[there]]
-        return waves
+    def _hold(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
+        """Keep the waves to learn from, and learn once there are enough; what is left of them."""
+        if not self.count:
+            self.waves, self.heard = np.empty((LEARN, self.length)), np.empty(LEARN, np.bool_)
+        begin = self.count
+        self.count = min(begin + len(first), LEARN)
+        here, some = slice(begin, self.count), self.count - begin
+        gather(x, first[:some], self.waves[here], self.heard[here])
+        if self.count == LEARN:
+            self._learn()
+        return first[some:]
+
+    def _forget(self) -> None:
+        self.waves, self.heard = np.empty((0, self.length)), np.empty(0, np.bool_)
 
     def _learn(self) -> None:
-        waves = np.concatenate([np.empty((0, self.length)), *self.held])
-        self.learned, self.held = True, []
-        which = np.flatnonzero(waves[:LEARN].any(axis=1))
+        waves, which = self.waves[: self.count], np.flatnonzero(self.heard[: self.count])
+        self.learned = True
+        self._forget()
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
             spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
-            which = np.concatenate((which[spread], np.delete(which, spread)))
+            rest = np.ones(len(which), np.bool_)
+            rest[spread] = False
+            which = np.concatenate((which[spread], which[rest]))
             few, others = slice(len(spread)), slice(len(spread), None)
             sounds = np.empty((len(which), self.length - len(self.taps) + 1))
             plain, crossed = np.empty_like(sounds[few]), np.empty((len(which), 3))
-            first = self._places(len(waves))[which]
-            high_passed(waves.ravel(), first[few], self.taps, plain)
+            samples, first = waves.ravel(), self.length * which
+            high_passed(samples, first[few], self.taps, plain)
             self._cross(plain, crossed[few])
             self._whiten(waves[which[few]], plain)
-            high_passed(waves.ravel(), first[few], self.white, sounds[few])
+            high_passed(samples, first[few], self.white, sounds[few])
             # Sounds that share nothing usually show it by a few.
             noise = self._noise(sounds[few])
-            alike = len(spread) == len(which) or may_share(
-                sounds[few], crossed[few, 0], noise, self.rate
-            )
-            if not alike and not self._by_crossings(waves[which]):
+            rings = rings_of_shared(sounds[few], crossed[few, 0], self.rate, noise)
+            if rings is None and not self._by_crossings(waves[which]):
                 self.found.append(timed)
                 return
-            self._cross_of(waves.ravel(), first[others], crossed[others])
+            self._cross_of(samples, first[others], crossed[others])
             fits = None
-            if alike:
-                high_passed(waves.ravel(), first[others], self.white, sounds[others])
-                fits = self._model(sounds, plain, crossed[:, 0].copy())
+            if rings is not None:
+                high_passed(samples, first[others], self.white, sounds[others])
+                rings = with_rings(rings, sounds[others], crossed[others, 0], self.rate)
+                fits = self._model(rings, sounds, plain, crossed[:, 0].copy())
             if self.model is None and self._by_crossings(waves[which]):
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
@@ -188,32 +199,35 @@ class SharedModes:
                     self.spread = max(self.spread, float(np.std(since)))
             if self._applies:
                 timed[which] = self._shifts(crossed, fits)
-                timed[LEARN:] = self._timed(waves.ravel(), self._places(len(waves))[LEARN:])
         self.found.append(timed)
 
     def _by_crossings(self, waves: np.ndarray) -> bool:
         """Whether crossings are better than attacks where there is no model."""
         return self.rate <= SLOW and middle(self._abruptness(waves)) < ABRUPT
 
-    def _model(self, sounds: np.ndarray, plain: np.ndarray, guess: np.ndarray) -> np.ndarray | None:
+    def _model(
+        self, rings: Rings, sounds: np.ndarray, plain: np.ndarray, guess: np.ndarray
+    ) -> np.ndarray | None:
         """Learn the model of sounds that start near a guess, and fit it to them.
 
-        The filter is chosen by the first few, of which the high-pass filter leaves `plain`. None if
-        they have no model.
+        Their modes are in their `rings`. The filter is chosen by the first few, of which the
+        high-pass filter leaves `plain`. None if they have no model.
         """
-        few, noise, heard = len(plain), self._noise(sounds), float(np.sum(self.taps**2))
-        chosen = chosen_model(sounds, guess, few, noise, self.rate, self.white, heard, UNLIKE)
+        few, noise, heard = slice(len(plain)), self._noise(sounds), float(np.sum(self.taps**2))
+        exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
+        chosen = chosen_model(exponents, *some, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
             return None
         model, held = chosen
-        model.compare(held, STRANGE)
+        if model.compare(held, STRANGE) > rings.ring.misfit:
+            return None
         fits = model.fit(sounds, guess)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
             late = (guess - instant)[fitted]
             self.model = model
-            self.gradual = self._gradual(plain, instant[:few])
+            self.gradual = self._gradual(plain, instant[few])
             self.latency = middle(late)
             self.spread = DEVIATION_BY_MEDIAN * middle(np.abs(late - self.latency))
             return fits
@@ -223,14 +237,9 @@ class SharedModes:
         """Scatter of instants that comes of sounds which begin more slowly than their model."""
         before, after = (round(t * self.rate) for t in ABOUT)
         first = np.rint(np.where(np.isfinite(instant), instant, -1.0)).astype(int) - before
-        there = (first >= 0) & (first + before + after <= plain.shape[1])
-        if np.count_nonzero(there) < LEAST:
+        total = np.zeros(before + after)
+        if add_powers(plain, first, total) < LEAST:
             return 0.0
-        about = np.lib.stride_tricks.sliding_window_view(plain, before + after, axis=1)
-        parts = about[there, first[there]]
-        energy = np.einsum("ij,ij->i", parts, parts)
-        parts /= np.sqrt(np.where(energy > FAINTEST, energy, 1.0))[:, None]
-        total = np.einsum("ij,ij->j", parts, parts)
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
@@ -255,31 +264,20 @@ class SharedModes:
         crossed, fits = np.empty((len(first), 3)), None
         self._cross_of(x, first, crossed)
         if self.model is not None:
-            guess = crossed[:, 0]
-            begins, width = self.model.begins(guess), self.model.width
-            fit = (begins >= 0) & (begins + width <= self.length - len(self.white) + 1)
-            begins = np.where(fit, begins, 0)
-            sounds = _parts(x, np.where(fit, first + begins, -1), self.white, width)
-            fits = self.model.fit(sounds, np.where(fit, guess - begins, np.nan))
-            fits[:, 0] += begins
+            guess, length = crossed[:, 0].copy(), self.length - len(self.white) + 1
+            begins = self.model.begins(guess, length)
+            first = np.where(begins >= 0, first + begins, -1)
+            sounds = _parts(x, first, self.white, self.model.width)
+            fits = self.model.fit(sounds, guess, begins)
         return self._shifts(crossed, fits)
 
     def _shifts(self, crossed: np.ndarray, fits: np.ndarray | None) -> np.ndarray:
         """Shifts by the fits of the model, or by crossings where it does not fit."""
         attack = self.before - len(self.taps) // 2 - 0.5
-        timed = np.empty((len(crossed), 2))
-        timed[:, 0] = crossed[:, 0] - self.latency - attack
-        timed[:, 1] = np.hypot(self.spread, crossed[:, 2])
-        if fits is not None:
-            instant, error, left = fits.T
-            alike = left <= STRANGE
-            timed[alike, 0] = instant[alike] - attack
-            timed[alike, 1] = np.hypot(error[alike], self.gradual)
+        timed, fits = np.empty((len(crossed), 2)), _NO_FITS if fits is None else fits
+        known = crossed, self.latency, self.spread, fits, STRANGE, self.gradual
+        shift_each(*known, attack, timed)
         return timed
-
-    def _places(self, count: int) -> np.ndarray:
-        """Where so many waves in a row begin."""
-        return self.length * np.arange(count)
 
     def _cross(self, plain: np.ndarray, out: np.ndarray, shares: tuple = SHARES) -> None:
         """Result of `crossings` for each wave after the high-pass filter."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._trains.impact_flags import CLIPPED
 from ..impacts import Impacts
-from .combined_columns import measuring_contacts
-from .combined_gaps import covered
-from .impact_flags import CLIPPED
+from ._columns import measuring_contacts
+from ._gaps import covered
 
 ALONE = 0.1
 """Of a sensor's impacts: those that no other recorded, where more than a few were missed."""

@@ -1,4 +1,4 @@
-"""Kernel for `swells.py`: powers beside attacks."""
+"""Kernel for `beside.py`: powers beside attacks."""
 
 from __future__ import annotations
 
@@ -11,28 +11,31 @@ from .._lane_kernels import fused, sum_of_squares
 
 
 @fused
-def powers_beside(x, attack, valid, edges, lags, out):
+def powers_beside(x, attack, asked, edges, lags, out):
     """Mean squares of the innovations beside attacks, in stretches that follow one another.
 
     Parameters
     ----------
-    x : samples
+    x : samples; beyond, the first and the last go on
     attack : (n,) places between samples of x
-    valid : first and last (exclusive) index of x that is a sample; beyond, these go on
+    asked : (n,) bool
     edges : (m + 1,) ascending limits of the stretches, in samples after an attack
     lags : lag and slope of the innovations
-    out : (m, n), room for the mean squares
+    out : (m, n), room for the mean squares; NaN where not asked
     """
     lag, slope = lags
     near, y = np.empty(edges[-1] - edges[0] + lag + slope), np.empty(edges[-1] - edges[0])
     for k in range(len(attack)):
+        if not asked[k]:
+            out[:, k] = np.nan
+            continue
         begin = math.ceil(attack[k]) + edges[0]
         first = begin - lag - slope
-        if first >= valid[0] and first + len(near) <= valid[1]:
+        if first >= 0 and first + len(near) <= len(x):
             innovations(x, begin, lag, slope, y)
         else:
             for i in range(len(near)):
-                near[i] = x[min(max(first + i, valid[0]), valid[1] - 1)]
+                near[i] = x[min(max(first + i, 0), len(x) - 1)]
             innovations(near, lag + slope, lag, slope, y)
         for part in range(len(out)):
             some = y[edges[part] - edges[0] : edges[part + 1] - edges[0]]

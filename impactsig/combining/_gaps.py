@@ -23,17 +23,9 @@ def gaps_of_stops(
 
 def covered(spans: Sequence[np.ndarray], count: int) -> np.ndarray:
     """Where at least `count` of several sets of spans overlap."""
-    edges = sorted(
-        (float(at), -change)
-        for one in spans
-        for span in one
-        for at, change in zip(span, (1, -1), strict=True)
-    )
-    found, open_, begin = [], 0, 0.0
-    for at, change in edges:
-        before, open_ = open_, open_ - change
-        if before < count <= open_:
-            begin = at
-        elif open_ < count <= before:
-            found.append((begin, at))
-    return np.array(found).reshape(-1, 2)
+    opens, closes = np.sort(np.concatenate(spans), axis=0).T
+    index = np.arange(len(opens))
+    # Spans that meet overlap in one instant: what opens there counts before what closes.
+    begins = opens[index + 1 - np.searchsorted(closes, opens, side="left") == count]
+    ends = closes[np.searchsorted(opens, closes, side="right") - index == count]
+    return np.column_stack((begins, ends))

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ._arguments import entries, instance, number, whole
-from ._showing import Shown
-from ._trains.combined_columns import combined_columns, measuring_contacts
-from ._trains.combined_gaps import gaps_of_stops
-from ._trains.combined_notes import clipped, missed, units_differ
-from .alignment import FEWEST, Alignment, align_impacts
-from .errors import InvalidInput
-from .impacts import Impacts
-
-LONGEST_DELAY = 0.05  # [s], of sound, where none is given
-SHARED = 0.5  # of the lesser train, that tells a longer delay
-APART = (
-    "two sensors have few impacts in common at any one delay, so that what both recorded may count "
-    "twice. Where their clocks differ, align_impacts brings one to the other's"
-)
-CONSTANT = 30.0  # times less scatter than that of the intervals: a delay of instruments
-SECOND, FEWEST_GROUPS = 1.0, 8  # spans whose errors are independent [s]
-DRIFTS = 6.0  # standard errors of a skew that is one
+from .._arguments import entries, instance, number, whole
+from .._showing import Shown
+from ..errors import InvalidInput
+from ..impacts import Impacts
+from ._columns import combined_columns, measuring_contacts
+from ._delays import delay_of
+from ._gaps import gaps_of_stops
+from ._notes import clipped, missed, units_differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +136,11 @@ def combine_impacts(
     time = trains[0].time
     index = np.arange(len(time))[:, None]
     delays, errors, notes = [0.0], [0.0], list[str]()
-    for k, train in enumerate(trains[1:], 1):
-        cells = [j for j in range(k) if trains[j].sensor == train.sensor == "force"]
-        if cells and longest_delay is None:
-            delay, error, note = _delay_of_cells(train, time, delays[cells[0]], within)
-        elif longest_delay is None:
-            delay, error, note = _any_delay(train, Impacts(time), within)
-        else:
-            delay, error, note = _delay(train, Impacts(time), within, longest_delay)
+    for train in trains[1:]:
+        earlier = zip(trains, delays, strict=False)
+        cells = [late for one, late in earlier if one.sensor == train.sensor == "force"]
+        cell = cells[0] if cells else None
+        delay, error, note = delay_of(train, time, cell, within, longest_delay)
         notes += [note] if note else []
         delays.append(delay)
         errors.append(error)
@@ -211,116 +197,11 @@ def stops_of_sensors(stops: Any, count: int) -> list[int | None]:
     return [None if stop is None else whole("stops", stop, 0) for stop in each]
 
 
-def _delay_of_cells(
-    train: Impacts, time: np.ndarray, late: float, within: float
-) -> tuple[float, float, str]:
-    """Delay of a load cell beside another that is `late`, its tolerance, and a note.
-
-    A body carries an impact over metres in `within`. All impacts of two stops that are hit in turn
-    have a partner that is later, too; but from stop to stop the time varies as the intervals do,
-    whereas a delay between instruments is constant.
-    """
-    if min(len(train), len(time)) < 2:
-        return late, math.inf, ""
-    reference = Impacts(time + late)
-    try:
-        found = align_impacts(train, reference, within, longest_delay=within, skew=False)
-    except InvalidInput:
-        pass
-    else:
-        return late + found.delay, found.delay_error, _clocks_differ(found, time)
-    if min(len(train), len(time)) >= FEWEST:
-        try:
-            found = align_impacts(train, reference, within, skew=False)
-        except InvalidInput:
-            return late, math.inf, ""
-        many = len(found.pairs) >= SHARED * min(len(train), len(time))
-        if many and _scatter(np.diff(time)) > CONSTANT * _scatter(found.error):
-            return late + found.delay, found.delay_error, _starts_late(found.delay)
-    return late, math.inf, ""
-
-
-def _scatter(values: np.ndarray) -> float:
-    """Median absolute deviation."""
-    return float(np.median(np.abs(values - np.median(values))))
-
-
-def _starts_late(delay: float) -> str:
-    return (
-        f"two sensors are {abs(delay):.3g} s apart, more than an impact needs from one to the "
-        "other: they are taken for one machine whose channels start so late"
-    )
-
-
-def _any_delay(train: Impacts, reference: Impacts, within: float) -> tuple[float, float, str]:
-    """Delay of a train with its tolerance, and a note: one of sound, else whatever suits."""
-    delay, error, note = _delay(train, reference, within, None)
-    if math.isfinite(error) or min(len(train), len(reference)) < 2:
-        return delay, error, note
-    if min(len(train), len(reference)) >= FEWEST:
-        note = APART
-    try:
-        found = align_impacts(train, reference, within, skew=False)
-    except InvalidInput:
-        return delay, error, note
-    if len(found.pairs) < SHARED * min(len(train), len(reference)):
-        return delay, error, note
-    return found.delay, found.delay_error, _starts_late(found.delay)
-
-
-def _delay(
-    train: Impacts, reference: Impacts, within: float, longest: float | None
-) -> tuple[float, float, str]:
-    """Delay of a train with its tolerance, and a note; (0, inf) if it cannot be estimated."""
-    if min(len(train), len(reference)) < 2:
-        return 0.0, math.inf, ""
-    most, note = longest or LONGEST_DELAY, ""
-    none, several = 0.0, math.inf  # bounds that leave no delay, and more than one
-    while True:
-        try:
-            found = align_impacts(train, reference, within, longest_delay=most, skew=False)
-        except InvalidInput as error:
-            if error.argument == "longest_delay":
-                if longest is not None:
-                    raise
-                several = most
-            else:
-                none = most
-            if several - none < within or math.isinf(several):
-                return 0.0, math.inf, ""
-            most = 0.5 * (none + several)
-            note = (
-                "the impacts repeat themselves, so that several delays between its sensors suit "
-                f"as well as each other: the one within {1e3 * most:.3g} ms is taken"
-            )
-        else:
-            return found.delay, found.delay_error, note or _clocks_differ(found, reference.time)
-
-
-def _clocks_differ(found: Alignment, reference: np.ndarray) -> str:
-    """A note if two sensors drift apart, or have little in common; empty otherwise."""
-    if len(found.pairs) < SHARED * min(len(found.impacts), len(reference)):
-        return APART
-    x, y = reference[found.pairs[:, 1]], found.error
-    x, y = x - x.mean(), y - y.mean()
-    slope = float(x @ y) / float(x @ x)
-    # Impacts of one second share a part of their errors.
-    groups = np.unique(x // min(SECOND, float(np.ptp(x)) / FEWEST_GROUPS), return_inverse=True)[1]
-    deviation = float(np.linalg.norm(np.bincount(groups, x * (y - slope * x)))) / float(x @ x)
-    if abs(slope) < DRIFTS * max(deviation, 1e-9):
-        return ""
-    return (
-        f"the clocks of two sensors differ by {1e6 * slope:.3g} ppm or more, which errors of "
-        "instants do not hold: combine them once align_impacts has brought one to the clock of the "
-        "other"
-    )
-
-
 def _join(
     time: np.ndarray, index: np.ndarray, other: np.ndarray, within: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Instants of both trains in one, and the index of each impact in either."""
-    from ._numerics.assignment_kernels import assign
+    from .._numerics.assignment_kernels import assign
 
     pairs = assign(other, time, within)
     of_other = np.full(len(time), -1)

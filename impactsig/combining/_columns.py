@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from .._trains import impact_columns as tables
+from .._trains.impact_flags import CLIPPED
 from ..impacts import Impacts
-from . import impact_columns as tables
-from .impact_flags import CLIPPED
 
 STRENGTH = 0.9
 """Quantile of its peaks that tells what a sensor makes of a strong impact."""

@@ -1,0 +1,1 @@
+"""Trains of several sensors of one machine, combined into one."""
