@@ -64,7 +64,7 @@ def passage_of(c, loud, b, likelihood, h, growth, known):
     place = place[c[place] >= 0.5 * SPREAD]
     none = np.zeros(len(b))
     return Passage(
-        0, [c[::SAMPLED]], [b], [likelihood], [h], [growth], [known], [place], [c[place]],
+        0, [c[::SAMPLED]], [b], [likelihood], [none], [h], [growth], [known], [place], [c[place]],
         [loud[place]], [loud[::SAMPLED]], [none > 0.0],
     )  # fmt: skip
 

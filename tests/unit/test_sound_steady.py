@@ -5,7 +5,7 @@ import pytest
 from scipy import special
 
 import impactsig
-from impactsig.detect.sound.deciding._steady import steady_odds
+from impactsig.detect.sound.deciding._steady import ROUGH, steady_odds, unsteadiness
 
 PER = 5.8e-3  # [s], of a frame of narrow bands
 
@@ -39,15 +39,30 @@ def test_strokes_on_a_membrane_6_db_above_noise_are_found(seed):
     assert near.any(axis=1).mean() > 0.9
 
 
+def swelling(time: np.ndarray, often: float, depth: float) -> np.ndarray:
+    return np.asarray(1.0 + depth * np.sin(2.0 * np.pi * often * time))
+
+
 @pytest.mark.parametrize("rate", [8000.0, 22_050.0, 44_100.0])
-def test_steady_noise_and_noise_that_swells_have_none(rate):
-    rng = np.random.default_rng(6)
-    noise = rng.standard_normal(int(30 * rate))
-    time = np.arange(len(noise)) / rate
-    swelling = (1.0 + 0.5 * np.sin(2.0 * np.pi * 17.0 * time)) * noise
-    for x, most in ((noise, 0), (swelling, 25)):
-        found = impactsig.detect_impacts(impactsig.Recording(x, rate, sensor="sound"))
-        assert len(found) <= most
+@pytest.mark.parametrize(("often", "depth"), [(0.0, 0.0), (17.0, 0.5), (25.0, 0.3)])
+def test_steady_noise_and_noise_that_swells_have_none(rate, often, depth):
+    noise = np.random.default_rng(6).standard_normal(int(30 * rate))
+    x = swelling(np.arange(len(noise)) / rate, often, depth) * noise
+    found = impactsig.detect_impacts(impactsig.Recording(x, rate, sensor="sound"))
+    assert len(found) <= (3 if depth == 0.5 else 0)  # without these odds as many
+
+
+def test_only_noise_that_swells_falls_below_its_level():
+    rng, count = np.random.default_rng(7), 2000
+    time = PER * np.arange(count)
+    steady = 12.0 + np.convolve(rng.standard_normal(count + 3), np.full(4, 0.5), "valid")
+    struck = steady + 5.0 * (time % 0.3 < 0.06)
+    at = np.arange(400, 1600, 100)
+    usual = np.median(unsteadiness(steady, at, PER))
+    assert np.median(unsteadiness(struck, at, PER)) < 1.3 * usual
+    swells = unsteadiness(steady + 5.0 * np.sin(2.0 * np.pi * 9.0 * time), at, PER)
+    assert swells.min() > 2.0 * usual
+    assert swells.min() > ROUGH + 1.0
 
 
 def odds_of(b: np.ndarray, crest: int) -> float:

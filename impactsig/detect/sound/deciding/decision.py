@@ -111,7 +111,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
     found = with_rises(found, crests, passage, b, rattle / audible, audible, clear, seconds)
-    return with_steady(found, b, crest, seconds)
+    return with_steady(found, b, np.concatenate(passage.level), crest, seconds)
 
 
 def octave_odds(by_octaves: np.ndarray, often: np.ndarray) -> np.ndarray:
