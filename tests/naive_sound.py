@@ -120,7 +120,7 @@ def band_powers(x, rate, hop, bands):
 
 
 def band_rise(x, rate, hop, bands, freedom, lag, size=256):
-    """B, G and mean level of each frame, without digital silence; `freedom` of a mean and a frame."""
+    """B, G and level of each frame, without digital silence; `freedom` of a mean and of one."""
     power = band_powers(x, rate, hop, bands)
     count, half = power.shape[1], len(bands.window) // 2
     centre = hop * np.arange(count)
