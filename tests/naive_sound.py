@@ -120,7 +120,7 @@ def band_powers(x, rate, hop, bands):
 
 
 def band_rise(x, rate, hop, bands, freedom, lag, size=256):
-    """B, G and level of each frame, without digital silence; `freedom` of a mean and of one."""
+    """B and G of each frame, without digital silence; `freedom` of a mean and of one frame."""
     power = band_powers(x, rate, hop, bands)
     count, half = power.shape[1], len(bands.window) // 2
     centre = hop * np.arange(count)
@@ -132,7 +132,7 @@ def band_rise(x, rate, hop, bands, freedom, lag, size=256):
         inside = [k for k in range(8 * g, min(8 * g + 8, count)) if heard[k]]
         means[:, g] = power[:, inside or slice(8 * g, 8 * g + 8)].mean(axis=1)
     sounding = np.array([heard[8 * g : 8 * g + 8].any() for g in range(blocks)])
-    rise, likelihood, level = np.zeros((3, count))
+    rise, likelihood = np.zeros(count), np.zeros(count)
     for first, last, low, high in windows_of(16 * count, 16 * size, round(4 / block)):
         inside = np.flatnonzero(sounding[low:high]) + low
         noise = np.array(
@@ -147,13 +147,12 @@ def band_rise(x, rate, hop, bands, freedom, lag, size=256):
                 before = power[:, max(i - lag, 0)]
                 more = np.maximum(power[:, i] / np.maximum(before / 2, background), 1.0)
                 likelihood[i] = np.max(freedom[1] / 2 * (more - 1 - np.log(more)))
-                level[i] = np.minimum(power[:, i] / background, 1.5).mean()
                 then = np.pad(before, 1)
                 widest = np.maximum(np.maximum(then[:-2], then[1:-1]), then[2:])
                 ratio = np.maximum(power[:, i], least) / np.maximum(widest, least)
                 rise[i] = np.maximum(0, np.log(ratio)).mean()
     known = heard & (np.arange(count) >= lag - (-half // hop))
-    return *(np.where(known, each, 0.0) for each in (rise, likelihood, level)), known
+    return np.where(known, rise, 0.0), np.where(known, likelihood, 0.0), known
 
 
 def rise_likelihood(x, scale, rate, heard, size=4096):

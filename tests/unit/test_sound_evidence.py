@@ -63,9 +63,8 @@ def passage_of(c, loud, b, likelihood, h, growth, known):
     place = naive_sound.crests(c, SCALE.spacing)
     place = place[c[place] >= 0.5 * SPREAD]
     none = np.zeros(len(b))
-    swells = 10.0 * (np.arange(len(b)) % 4)  # the twin leaves rises above steady noise out
     return Passage(
-        0, [c[::SAMPLED]], [b], [likelihood], [swells], [h], [growth], [known], [place], [c[place]],
+        0, [c[::SAMPLED]], [b], [likelihood], [h], [growth], [known], [place], [c[place]],
         [loud[place]], [loud[::SAMPLED]], [none > 0.0],
     )  # fmt: skip
 

@@ -52,7 +52,6 @@ class Passage:
     octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
     bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
     likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
-    level: list[np.ndarray] = field(default_factory=list)  # of narrow bands, as `bands`
     rises: list[np.ndarray] = field(default_factory=list)  # likelihood of one, every STEP-th frame
     growth: list[np.ndarray] = field(default_factory=list)  # of risen bands, LATER [neper]; or 0
     known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
@@ -104,7 +103,6 @@ class Survey:
     lag: int = field(init=False)
     later: int = field(init=False)
     spoilt: int = field(init=False)  # frames at either end of samples that a filter spoils
-    level_spread: float = field(init=False)  # of the mean level of narrow bands in noise, about
     begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
@@ -138,8 +136,6 @@ class Survey:
         left, right = (max(own, low) for own, low in zip(margin, self.rises.margin, strict=True))
         self.margin = -(-(left + self.spoilt) // DEEPEST) * DEEPEST, right + self.spoilt
         self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
-        bands = len(self.frame_freedom)
-        self.level_spread = math.sqrt(float(np.sum(2.0 / self.frame_freedom))) / bands
         self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
 
     def add(self, window: Window, cores: np.ndarray) -> None:
@@ -263,7 +259,7 @@ class Survey:
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
         self._keep_crests(passage, near, slab, octaves)
-        finer = np.empty((3, slab.power.shape[1]))
+        finer = np.empty((2, slab.power.shape[1]))
         band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
             slab.known[: self.begins] = False
@@ -272,7 +268,6 @@ class Survey:
             finer[:, lost] = 0.0
         passage.bands.append(finer[0])
         passage.likelihood.append(finer[1])
-        passage.level.append(np.sqrt(finer[2]) * (2.0 / self.level_spread))
         passage.growth.append(self._growth(slab, bands, finer))
         passage.known.append(slab.known)
         self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer

@@ -21,8 +21,7 @@ Evidence from bands does not count if the rising bands continue to rise, by 0.6 
 17 ms, and C is less than 2 a: notes of music swell, impacts do not. Many crests in a short time are
 pulses of a voice (`_voices.py`). If none of these odds is above 0, a crest of G may be a low tone
 (`_tones.py`). Finally, rises in one octave change all odds and add impacts that only they show
-(`_rise_odds.py`), and crests of B in steady noise are impacts long before they reach 0.33
-(`_steady.py`).
+(`_rise_odds.py`).
 
 The first two were fitted to synthetic sound 6 to 20 dB above noise, those of bands to drums. The
 record as a whole corrects all of them in `calibrated.py`, and `overlapping.py` where impacts are
@@ -41,7 +40,6 @@ from ._among import AMONG, odds_among
 from ._dense import dense_odds
 from ._octave_evidence import octave_evidence, rattling
 from ._rise_odds import with_rises
-from ._steady import with_steady
 from ._tones import GROWS_ON, growth_near, with_tones
 from ._voices import pulse_odds
 from .candidates import HOPELESS, Candidates
@@ -110,8 +108,7 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     columns = (frame, coarse, exact, odds, pulse, crowded, by_octaves, narrow, share)
     found = Candidates(*(column[order] for column in columns))
     found = with_tones(found, crests, passage, b, audible, seconds)
-    found = with_rises(found, crests, passage, b, rattle / audible, audible, clear, seconds)
-    return with_steady(found, b, np.concatenate(passage.level), crest, seconds)
+    return with_rises(found, crests, passage, b, rattle / audible, audible, clear, seconds)
 
 
 def octave_odds(by_octaves: np.ndarray, often: np.ndarray) -> np.ndarray:

@@ -7,8 +7,6 @@ import numpy as np
 from .._lane_kernels import fused, logarithms, sum_of
 
 TIMES_BACKGROUND = 2.0  # a power that counts
-MOST = 1.5  # times the background: of a band in the mean level
-TINY = 1e-300  # background, up to which it is none
 RANGE = 1e-4  # of the strongest nearby, below which nothing counts: 40 dB
 SURELY = 1.0 + 1e-9  # times a sum: it is not less, rounding included
 ALMOST = 1.0 - 1e-9  # times the greatest so far: less cannot exceed it, rounding included
@@ -18,7 +16,7 @@ FACTORS = 16  # rises multiplied before their logarithm is taken: rounding bound
 
 @fused
 def band_rise(earlier, power, background, freedom, per, out):
-    """Rise of each frame above as many frames before it as `earlier` has, and level, over bands.
+    """Rise of each frame above as many frames before it as `earlier` has, over the narrow bands.
 
     `earlier` are the powers before the first frame.
 
@@ -27,19 +25,17 @@ def band_rise(earlier, power, background, freedom, per, out):
     out[1, i]: the greatest over the bands of n_b / 2 (x_b - 1 - ln x_b), the logarithm of the
     likelihood ratio of a rise by x_b = P_b / max(Q'_b / 2, L_b) > 1; Q'_b is of the band itself,
     n_b its `freedom`.
-    out[2, i]: the mean over the bands of min(P_b / L_b, MOST).
 
     `background` has a column for `per` frames.
     """
     bands, count = power.shape
     frames = np.uint64(count)  # unsigned: what may count from the end is no loop of vector lanes
     # The same rows; of an unknown stride, so that the loop with logarithms stays scalar, for few.
-    _, greatest, _ = out
-    total, greatest_before, share = out[0], out[1], out[2]
+    _, greatest = out
+    total, greatest_before = out[0], out[1]
     out[:] = 0.0
     bases, bound = np.empty(count), np.empty(count)
     level, rise = np.empty(background.shape[1] * per), np.ones(count)
-    inverse = np.empty(len(level))
     before = np.empty((3, count))  # powers then, of three bands
     put_before(earlier[0], power[0], before[0])
     for b in range(bands):
@@ -51,9 +47,8 @@ def band_rise(earlier, power, background, freedom, per, out):
         at = 0
         for group in range(background.shape[1]):
             noise = background[b, group]
-            one_over = 1.0 / noise if noise > TINY else 0.0
             for k in range(per):
-                level[at + k], inverse[at + k] = noise, one_over
+                level[at + k] = noise
             at += per
         # What may exceed the greatest so far is found in vector lanes: ln x >= 2 (x - 1) / (x + 1).
         for i in range(frames):
@@ -71,9 +66,6 @@ def band_rise(earlier, power, background, freedom, per, out):
             past = past if past > upper[i] else upper[i]
             risen = now[i] / past
             rise[i] *= risen if risen > 1.0 and past > 0.0 else 1.0
-        for i in range(frames):
-            own = now[i] * inverse[i]
-            share[i] += own if own < MOST else MOST
         for begin in range(_NONE, frames, _TOGETHER):
             end, some = min(begin + _TOGETHER, frames), 0
             for i in range(begin, end):
@@ -89,7 +81,6 @@ def band_rise(earlier, power, background, freedom, per, out):
                 total[i] += rise[i]
             rise[:] = 1.0
     total /= bands
-    share /= bands
 
 
 @fused
