@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 from benchmarks import sound_errors, strange_sounds
-from benchmarks.recordings import coloured, score
+from benchmarks.recordings import coloured, microphone, score
 from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
@@ -122,6 +122,15 @@ def test_six_modes_are_learned_from_longer_rings():
 def test_modes_that_are_not_shared_are_not_learned_from_longer_rings(seed):
     off, error = sound_errors.errors(strange_sounds.record(seed)[0]).T
     assert 0.5 < np.std(off / error) < 1.5
+
+
+# Each sound has one mode, anywhere in half of the band: longer rings span the more of it.
+def test_sounds_of_one_band_have_no_shared_modes():
+    truth = microphone(rate=8000, duration=7.0, noise_db=-12, seed=4)
+    modes = SharedModes(8000.0, 1, 2)
+    modes.add(truth.samples, np.rint(truth.time * 8000) - 0.5)
+    modes.timing()
+    assert modes.model is None
 
 
 def test_folded_modes_are_tried_behind_the_filter_that_other_modes_favour():

@@ -11,7 +11,6 @@ from .powers.band_kernels import ALMOST, TIMES_BACKGROUND
 BLOCKS, LEAST, GREATEST, RESOLUTION, CONVERTER_STEP = range(5)  # columns of what is known of cores
 TOGGLING = 0.25  # greatest variance, in squared steps, of a sample that is one of two codes
 ROUNDING = 2.0**-20  # of the greatest sample: less is leakage, and rounding of the transform
-
 CHANGES = 50  # of a sample to the next, that show the step of a converter
 SIDE_BY_SIDE = 64  # samples that are checked in vector lanes
 

@@ -64,8 +64,8 @@ HALF_WAVES = 1.05  # standard error of a crossing, over the time that the modulu
 BEGINNING = 1.5e-3  # [s]
 RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
 ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
-_NO_FITS = np.empty((0, 3))
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
+_NO_FITS = np.empty((0, 3))
 
 
 class Timing(NamedTuple):
