@@ -62,13 +62,13 @@ from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
 from ._core_kernels import GREATEST, LEAST
 from ._cores import cores_of, window_size
-from ._kernels import Scale
+from ._kernels import GROUP, Scale
 from ._memory import keep_memory
 from ._nearby import middles
 from ._scale import scale_at
 from ._survey import Survey
 from ._windows import windows
-from .deciding.doubt import Doubt
+from .deciding.doubt import EVEN, Doubt
 from .deciding.notes import (
     click_notes,
     codec_notes,
@@ -79,7 +79,9 @@ from .deciding.notes import (
     swell_notes,
     voice_notes,
 )
+from .powers.filtering import Filter
 from .powers.hum import high_pass
+from .powers.ringing import OFTEN, predictable, prediction, rings
 
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
@@ -163,23 +165,42 @@ class Surveyed(NamedTuple):
 
 
 def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
-    """Go through the record for the first time; twice if there is hum to be filtered out."""
+    """Go through the record for the first time; twice if hum or ringing is to be filtered out."""
     gathered = surveyed_through(None, pieces, rate, scale)
-    survey = gathered.survey
-    gated = any(part.any() for passage in survey.passages for part in passage.silent)
-    if not survey.backgrounds.hum or gated:  # silence would no longer be silent
+    survey, backgrounds = gathered.survey, gathered.survey.backgrounds
+    if any(part.any() for passage in survey.passages for part in passage.silent):
+        return gathered  # silence would no longer be silent
+    before = None
+    if backgrounds.hum:
+        before = high_pass(scale, rate, survey.bands, backgrounds.hum)
+    ringing = (
+        predictable(np.array(backgrounds.narrow), survey.bands, scale)
+        and rings(windows(pieces(), window_size(scale)), rate, scale)
+        and rate_of(survey) < OFTEN
+    )
+    if ringing:
+        before = prediction(windows(pieces(), window_size(scale)), rate, scale, before)
+    if before is None:
         return gathered
-    taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
-    gathered = surveyed_through(taps, pieces, rate, scale)
-    gathered.survey.hum_crest = math.log(survey.backgrounds.hum_crest)
+    gathered = surveyed_through(before, pieces, rate, scale)
+    gathered.survey.hum_crest = math.inf if ringing else math.log(backgrounds.hum_crest)
     return gathered
 
 
+def rate_of(survey: Survey) -> float:
+    """Impacts a second that the first pass shows."""
+    chosen, _, _ = choose(survey, EVEN, Doubt())
+    frames = sum(sum(len(part) for part in one.bands) for one in survey.passages) * GROUP
+    return (
+        sum(len(one.frame) for one in chosen.values()) * survey.rate / (frames * survey.scale.hop)
+    )
+
+
 def surveyed_through(
-    taps: np.ndarray | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
+    before: Filter | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
 ) -> Surveyed:
-    """Go through the record, with a filter before the octaves if there are `taps`."""
-    survey = Survey(scale, rate, taps)
+    """Go through the record, with a filter before the octaves if there is one."""
+    survey = Survey(scale, rate, before)
     samples, limits = 0, Limits()
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
