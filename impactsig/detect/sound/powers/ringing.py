@@ -25,7 +25,6 @@ short as a sample and leaves its power in noise where the modes had raised it. T
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import pairwise
 
 import numpy as np
 
@@ -36,8 +35,8 @@ from .filtering import Filter
 from .hum import centres, lowest
 
 COUNTS, TINIEST = 1e-4, 1e-300  # of the loudest, what counts as ringing; power
-GAIN = 0.3  # of prediction in the background of an octave [neper of power]
-RINGS, LAGS, PARTS = 0.01, (5e-3, 20e-3), 6  # squared correlation, its lags [s], parts of them
+GAIN = 0.1  # of prediction in the background of an octave [neper of power]
+RINGS, LAGS = 0.02, (10e-3, 20e-3)  # squared correlation, and its lags [s]
 OFTEN = 30.0  # [1/s], impacts that leave no time to ring
 PAST = 6e-3  # [s] that is predicted from
 SHORT, APART = 0.1, 0.34  # [s], frames that tell whether sound rings, and between these
@@ -68,9 +67,8 @@ def rings(windows: Iterable[Window], rate: float, scale: Scale) -> bool:
     """Whether the sound of a record lasts."""
     spectrum = spectrum_of(windows, rate, scale, SHORT, APART)
     together = np.fft.irfft(heard_of(spectrum, scale))
-    edges = np.round(np.linspace(*LAGS, PARTS + 1) * rate).astype(int)
-    squares = [float(np.mean(together[a:b] ** 2)) for a, b in pairwise(edges)]
-    return bool(2.0 * min(squares) > RINGS * together[0] ** 2)
+    first, last = (round(lag * rate) for lag in LAGS)
+    return bool(2.0 * np.mean(together[first:last] ** 2) > RINGS * together[0] ** 2)
 
 
 def prediction(
