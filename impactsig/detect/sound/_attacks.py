@@ -36,7 +36,7 @@ from .timing.shared_modes import SharedModes, Timing
 BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.5  # quantile of the time from attack to clear sound, and fraction that is usual
-FEW_MODES = 5.0  # whose waveforms are alike in any phases after a shift
+FEW_MODES = 4.0  # whose waveforms are alike in any phases after a shift
 CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 
 

@@ -38,7 +38,9 @@ common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin g
 the growth of their power (`_growth.py`), or because low frequencies, which neither attacks nor
 modes use, begin before them (`_beginnings.py`).
 
-Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
+Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`). Where
+sound still rings when the next impact comes, all statistics are those of the residual of linear
+prediction (`powers/ringing.py`).
 
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then `_attacks.py` times the attacks of those that `_choosing.py` keeps. Results do
@@ -81,7 +83,7 @@ from .deciding.notes import (
 )
 from .powers.filtering import Filter
 from .powers.hum import high_pass
-from .powers.ringing import OFTEN, predictable, prediction, rings
+from .powers.ringing import OFTEN, lasting, predictable, prediction
 
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
@@ -173,17 +175,16 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     before = None
     if backgrounds.hum:
         before = high_pass(scale, rate, survey.bands, backgrounds.hum)
-    ringing = (
-        predictable(np.array(backgrounds.narrow), survey.bands, scale)
-        and rings(windows(pieces(), window_size(scale)), rate, scale)
-        and rate_of(survey) < OFTEN
-    )
-    if ringing:
-        before = prediction(windows(pieces(), window_size(scale)), rate, scale, before)
+    modes = 0.0
+    if predictable(np.array(backgrounds.narrow), survey.bands, scale):
+        modes = lasting(windows(pieces(), window_size(scale)), rate, scale)
+    if modes and rate_of(survey) < OFTEN:
+        again = windows(pieces(), window_size(scale))
+        before = prediction(again, rate, scale, before, modes)
     if before is None:
         return gathered
     gathered = surveyed_through(before, pieces, rate, scale)
-    gathered.survey.hum_crest = math.inf if ringing else math.log(backgrounds.hum_crest)
+    gathered.survey.hum_crest = math.inf if before.predicts else math.log(backgrounds.hum_crest)
     return gathered
 
 
