@@ -45,7 +45,7 @@ def struck(
     phases: np.ndarray | None = None,
     lowest: float = 400.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Samples and instants of strikes; each has phases of its own, unless `phases` are those of all.
+    """Samples and instants of strikes; each has phases of its own, unless `phases` are given.
 
     The modes have frequencies from `lowest` [Hz] on.
     """
