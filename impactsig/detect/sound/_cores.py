@@ -21,6 +21,7 @@ from ._rise_kernels import LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
 from .powers.fades import beside_fades
+from .powers.filtering import Filter
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.holes import has_holes
 from .powers.hum import bands_below, crests_at, hum_bands
@@ -36,8 +37,10 @@ class Backgrounds:
     scale: Scale
     rate: float
     bands: Bands
+    filter: Filter | None = None  # before the octaves
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
+    narrow: list[np.ndarray] = field(default_factory=list)  # that of narrow bands, and the loudest
     below_step: int = 0  # cores whose noise the converter does not resolve
     with_holes: int = 0  # cores beside which a codec left holes
     hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
@@ -46,6 +49,8 @@ class Backgrounds:
     def __post_init__(self) -> None:
         scale = self.scale
         self.gains = white_gains(scale)
+        if self.filter is not None:
+            self.gains = self.gains * self.filter.gains(scale.octaves)
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias, self.mean_bias = biases_at(scale, self.rate)
@@ -98,6 +103,8 @@ class Backgrounds:
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
         bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
         self.noise.extend(noise[:octaves].T.copy())
+        loudest = np.broadcast_to(means[narrow:].max(axis=1), (count, len(self.bands.first)))
+        self.narrow.extend(np.stack((noise[narrow:].T, loudest), axis=1))
         self.with_holes += count * holes
         self.below_step += int(np.count_nonzero(unresolved))
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):

@@ -32,8 +32,8 @@ from ._rises import Rises, rises_at
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, frames_above
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
+from .powers.filtering import Filter
 from .powers.gate import Gate
-from .powers.hum import filtered
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
@@ -85,12 +85,13 @@ class Slab:
 class Survey:
     """Collects the evidence for impacts, window by window.
 
-    `taps` are those of a filter before the octaves, for records with hum (`powers/hum.py`).
+    `filter` is one before the octaves, for records with hum or ringing (`powers/hum.py`,
+    `powers/ringing.py`).
     """
 
     scale: Scale
     rate: float
-    taps: np.ndarray | None = None
+    filter: Filter | None = None
     bands: Bands = field(init=False)
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
@@ -121,8 +122,8 @@ class Survey:
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
         self.rises = rises_at(scale)
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands)
-        self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.filter)
+        self.spoilt = 0 if self.filter is None else -(-self.filter.reach // scale.hop)
         self.weights = octave_weights(scale)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
@@ -154,6 +155,9 @@ class Survey:
         hop = scale.hop
         core = window.core
         x, valid = window.samples(left * hop, right * hop, hop)
+        before = self.filter
+        if before is not None and before.predicts:
+            x, before = before.of(x), None
         count = -(-len(core) // hop)
         total = len(x) // hop
         power = np.empty((scale.octaves, total))
@@ -172,10 +176,11 @@ class Survey:
         if window.first == 0:
             self.gate.begin()
         x, continued = self.gate.octaves(x, power, real, count)
-        if self.taps is not None:
+        if self.filter is not None:
             real = real[0] + self.spoilt, real[1] - self.spoilt
+        if before is not None:
             power = continued = np.empty_like(power)
-            octave_powers(filtered(x, self.taps), scale.octaves, *self.scratch[:, :half], power)
+            octave_powers(before.of(x), scale.octaves, *self.scratch[:, :half], power)
         fine = self.spectrum.powers(x, left * hop, groups)
         size, known = len(self.bands.window), np.empty(groups, np.bool_)
         put_known(left * hop - size // 2, GROUP * hop, size, valid, known)
