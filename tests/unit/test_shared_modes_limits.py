@@ -1,0 +1,50 @@
+"""Where modes are shared, and how many: each rule just beside where it changes a result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.sound_timing import MODES, band_limited
+from impactsig.detect.sound.timing._shared_exponents import RINGS, _counts, no_rings
+from impactsig.detect.sound.timing._shift_errors import _variance
+from impactsig.detect.sound.timing.shared_modes import SharedModes
+
+
+@pytest.mark.parametrize(
+    ("third", "counts"),
+    [
+        (1.2e-3, [2]),  # as noise may be
+        (3.0e-3, [2, 4]),  # of the two eigenvalues of a mode, the stronger may be this
+        (5.0e-3, [3, 4]),  # more than four times noise
+    ],
+)
+def test_eigenvalues_above_noise_are_of_modes(third, counts):
+    rings = no_rings(16_000.0, RINGS[0])._replace(floor=1.0)
+    values = [1e-3] * (len(rings.total) - 3) + [third, 1.0, 1.0]
+    assert _counts(values, rings, 1e-3) == counts
+
+
+@pytest.mark.parametrize(("rate", "timed"), [(22_050, True), (44_100, False)])
+def test_above_24_khz_attacks_are_exact_by_themselves(rate, timed):
+    truth = band_limited(rate, "resample_poly", 49.0, 207, modes=MODES["three"], count=12)
+    modes = SharedModes(float(rate), 1, 2)
+    modes.add(truth.samples, np.rint(truth.time * rate) - 0.5)
+    assert np.isfinite(modes.timing().shift).all() == timed
+
+
+@pytest.mark.parametrize(
+    ("rate", "abrupt", "by_crossings"),
+    [(16_000.0, 0.09, True), (16_000.0, 0.11, False), (16_001.0, 0.09, False)],
+)
+def test_crossings_time_what_does_not_begin_abruptly(monkeypatch, rate, abrupt, by_crossings):
+    modes = SharedModes(rate, 1, 2)
+    monkeypatch.setattr(modes, "_abruptness", lambda waves: np.full(len(waves), abrupt))
+    assert modes._by_crossings(np.empty((3, 1))) == by_crossings
+
+
+@pytest.mark.parametrize(("beside", "colour"), [(0.4, 1.0 + 1.6 / 3.0), (-0.5, 1 / 3), (-0.7, 0.1)])
+def test_coloured_noise_makes_a_shift_no_surer_than_by_a_tenth(beside, colour):
+    weights = np.ones(3)
+    assert _variance(weights, [2.0, 2.0 * beside], white=True) == pytest.approx(colour)
+    assert _variance(weights, [2.0, 2.0 * beside]) == pytest.approx(3.0 * colour)
