@@ -48,7 +48,12 @@ def time_constant(x):
 
 
 @pytest.mark.parametrize(
-    ("contact", "constant"), [(0.3e-3, 1e-3), (0.3e-3, 20e-3), (3e-3, 0.5e-3), (3e-3, 5e-3)]
+    ("contact", "constant"),
+    [
+        (0.3e-3, 20e-3),
+        (3e-3, 0.5e-3),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0.3e-3, 1e-3), (3e-3, 5e-3))),
+    ],
 )
 def test_the_time_constant_is_read_from_the_undershoot(constant, contact):
     x = train(41, contact, constant, 0.003)[2]
