@@ -17,15 +17,17 @@ from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extreme
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
 from ._levels import Levels
-from ._rise_kernels import LOW
+from ._rise_kernels import LONG_PART, LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
+from .powers.closings import closed_in, opened_noise
 from .powers.fades import beside_fades
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.holes import has_holes
 from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
+LEAST_OPEN = 0.25  # of a BLOCK, whose noise is read from what an open gate lets through
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
 
 
@@ -40,6 +42,7 @@ class Backgrounds:
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
     below_step: int = 0  # cores whose noise the converter does not resolve
     with_holes: int = 0  # cores beside which a codec left holes
+    closed: np.ndarray = field(default_factory=lambda: np.empty(0))  # GROUPs of the last window
     hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
     hum_crest: float = 1.0  # power of its crests over the noise of an octave
 
@@ -94,11 +97,20 @@ class Backgrounds:
             means[octaves:], sound[skipped:last], (begins - skipped, ends - skipped),
             self.mean_bias, holes,
         )  # fmt: skip
+        gated = np.zeros(count, np.bool_)
+        self.closed = np.zeros(PER * windows[which].blocks, np.bool_)
+        for k, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+            inside = means[octaves:, begin - skipped : end - skipped]
+            closed = self._open(noise[:, k], windows, inside, begin, end)
+            if closed is not None:
+                gated[k] = True
+                own = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
+                own[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(own)]
         near = np.array([reaching(blocks, first + k, self.within) for k in range(count)])
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
         bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
         self.noise.extend(noise[:octaves].T.copy())
-        self.with_holes += count * holes
+        self.with_holes += int(np.count_nonzero(~gated)) * holes
         self.below_step += int(np.count_nonzero(unresolved))
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
@@ -106,6 +118,33 @@ class Backgrounds:
         out = np.empty((len(means), windows[which].blocks))
         background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
         return out
+
+    def _open(
+        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int, end: int
+    ) -> np.ndarray | None:
+        """Make `noise` that behind an open gate. Which GROUPs this attenuates; None without one.
+
+        The noise is read from BLOCKs `begin` to before `end` of the windows, which have these
+        means.
+        """
+        each, octaves = BLOCK // LONG_PART, self.scale.octaves
+        long_parts = _columns([one.long_parts for one in windows], each * begin, each * end)
+        opened = opened_noise(long_parts, noise[:octaves])
+        if not opened:
+            return None
+        noise[:octaves] *= opened
+        each = BLOCK // PART
+        parts = _columns([one.parts for one in windows], each * begin, each * end)
+        closed = closed_in(parts, noise[:octaves], PER * (end - begin))
+        share = 1.0 - closed.reshape(-1, PER).mean(axis=1)
+        heard = share >= LEAST_OPEN
+        if heard.any():
+            whole = np.zeros(1, np.int64), np.array([len(heard)])
+            filled = means / np.maximum(share, LEAST_OPEN)
+            noise[octaves:] = noise_power(filled, heard, whole, self.mean_bias, False)[:, 0]
+        else:
+            noise[octaves:] *= opened
+        return closed
 
     def _hear_hum(self, octaves: np.ndarray, bands: np.ndarray) -> None:
         """Note the hum of a core, given its noise."""

@@ -71,6 +71,7 @@ from ._windows import windows
 from .deciding.doubt import Doubt
 from .deciding.notes import (
     click_notes,
+    closing_notes,
     codec_notes,
     converter_notes,
     crowd_notes,
@@ -166,7 +167,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     """Go through the record for the first time; twice if there is hum to be filtered out."""
     gathered = surveyed_through(None, pieces, rate, scale)
     survey = gathered.survey
-    gated = any(part.any() for passage in survey.passages for part in passage.silent)
+    gated = any(part.any() for passage in survey.passages for part in passage.digital)
     if not survey.backgrounds.hum or gated:  # silence would no longer be silent
         return gathered
     taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
@@ -243,6 +244,7 @@ def search(
             *(converter_notes(survey) or limits.notes()),
             *codec_notes(survey),
             *gate_notes(survey, samples),
+            *closing_notes(survey, samples),
             *voice_notes(left_out.pulses),
             *swell_notes(int(np.count_nonzero(swells))),
             *crowd_notes(left_out.crowded, int(np.count_nonzero(enough))),

@@ -1,0 +1,90 @@
+"""Kernel that finds where gates close to a floor."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...._compiling.compiled import njit
+
+
+class Closing(NamedTuple):
+    """What marks a closing, in powers over those of the noise."""
+
+    closed: float  # ratio after it, at most
+    silent: float  # at least, else that is digital silence
+    fall: float  # over which the ratio before it is that after it, at least
+    release: int  # parts that it takes, at most
+    steady: float  # greatest fall from the part before to the last before it [neper]
+    even: float  # standard deviation of the ratio over the octaves, before it [neper]
+    louder: float  # over which the loudest of `recent` parts is the last before it, at least
+    recent: int
+
+
+@njit(nogil=True)
+def closing_levels(parts, noise, weights, closing, out):
+    """Ratio to the noise before each `closing` of a gate in `parts`, and the number of these.
+
+    `parts` are mean powers (octaves, parts), and `weights` those of the octaves.
+    """
+    octaves, length = parts.shape
+    ratio = np.zeros(length)
+    for b in range(octaves):
+        if not noise[b] > 0.0:
+            return 0
+        share = weights[b] / noise[b]
+        for i in range(length):
+            ratio[i] += share * parts[b, i]
+    count, i = 0, 2
+    while i + 1 < length:  # the gate closes in part i, at its end or before it
+        after, i = ratio[i + 1], i + 1
+        if not closing.silent < after <= closing.closed:
+            continue
+        for k in range(i - 2, max(i - 2 - closing.release, 0), -1):
+            level = ratio[k]
+            if level < closing.fall * after:
+                continue
+            loudest = ratio[max(k - closing.recent, 0) : k].max()
+            if loudest < closing.louder * level:
+                continue
+            if is_noise(parts[:, k - 1 : k + 1], noise, closing.steady, closing.even):
+                out[count] = level
+                count += 1
+                i += 1
+                break
+    return count
+
+
+@njit(nogil=True)
+def is_noise(parts, noise, steady, even):
+    """Whether two parts are `even` in their ratios to the noise, and the first is as high."""
+    octaves = len(parts)
+    total = squares = steps = 0.0
+    for b in range(octaves):
+        before, last = parts[b, 0] / noise[b], parts[b, 1] / noise[b]
+        if not min(last, before) > 0.0:
+            return False
+        height = math.log(last)
+        total += height
+        squares += height * height
+        steps += math.log(before) - height
+    mean = total / octaves
+    return abs(steps) < steady * octaves and squares / octaves - mean * mean < even**2
+
+
+@njit(nogil=True)
+def closed_groups(parts, noise, weights, lowest, out):
+    """out[g]: whether the parts of group g have less than `lowest` times the noise.
+
+    `parts` are mean powers (octaves, parts), of which each group has as many; the ratio is the
+    mean by the `weights` of the octaves.
+    """
+    each = parts.shape[1] // len(out)
+    for g in range(len(out)):
+        total = 0.0
+        for b in range(parts.shape[0]):
+            for i in range(g * each, (g + 1) * each):
+                total += weights[b] * parts[b, i] / noise[b]
+        out[g] = total < lowest * each
