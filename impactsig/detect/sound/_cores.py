@@ -13,7 +13,16 @@ from itertools import accumulate
 
 import numpy as np
 
-from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extremes
+from ._core_kernels import (
+    BLOCKS,
+    CONVERTER_STEP,
+    GREATEST,
+    LEAST,
+    RESOLUTION,
+    bound_noise,
+    may_hum,
+    put_extremes,
+)
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
 from ._levels import Levels
@@ -28,6 +37,7 @@ from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
 LEAST_OPEN = 0.25  # of a BLOCK, whose noise is read from what an open gate lets through
+OFF_STEPS = 0.02  # of a step, from whole ones
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
 
 
@@ -111,7 +121,9 @@ class Backgrounds:
         bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
         self.noise.extend(noise[:octaves].T.copy())
         self.with_holes += int(np.count_nonzero(~gated)) * holes
-        self.below_step += int(np.count_nonzero(unresolved))
+        self.below_step += sum(
+            on_steps(cores[begin:end]) for begin, end in near[unresolved].tolist()
+        )
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
                 self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
@@ -183,6 +195,15 @@ def cores_of(samples: np.ndarray, hop: int) -> np.ndarray:
     out[:, RESOLUTION] = resolution_of(samples.dtype)
     put_extremes(samples, size, out)
     return out
+
+
+def on_steps(cores: np.ndarray) -> bool:
+    """Whether the samples of some cores are apart by whole steps, as those of a converter are.
+
+    Samples that are no integers have a least difference as well, of which others are no multiples.
+    """
+    span = (cores[:, GREATEST] - cores[:, LEAST]) / cores[:, CONVERTER_STEP].min()
+    return bool((np.abs(span - np.round(span)) < OFF_STEPS).all())
 
 
 def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:

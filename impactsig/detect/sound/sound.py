@@ -82,6 +82,7 @@ from .deciding.notes import (
 )
 from .powers.hum import high_pass
 
+SHORTEST = 10e-3  # [s], of a record that may have an impact
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -229,6 +230,11 @@ def search(
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likely.max() if len(likely) else likeliest:.2g}"
         )
+        if samples <= SHORTEST * rate:
+            reason = (
+                f"the record lasts {1e3 * samples / rate:.3g} ms, and an impact needs 4 ms before "
+                "it and 6 ms after it"
+            )
     kept = distinct(instant, likely)
     kept = kept[heard[kept] & ~clicks[kept] & enough[kept]]
     found = SoundImpacts(
@@ -241,7 +247,7 @@ def search(
         float(alike[kept].mean()) if len(kept) else 0.0,
         reason,
         (
-            *(converter_notes(survey) or limits.notes()),
+            *((not limits.two_valued and converter_notes(survey)) or limits.notes()),
             *codec_notes(survey),
             *gate_notes(survey, samples),
             *closing_notes(survey, samples),

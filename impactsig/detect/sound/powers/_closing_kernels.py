@@ -25,7 +25,9 @@ class Closing(NamedTuple):
 
 @njit(nogil=True)
 def closing_levels(parts, noise, weights, closing, out):
-    """Ratio to the noise before each `closing` of a gate in `parts`, and the number of these.
+    """Fill `out` with the ratios to the noise before each `closing` of a gate in `parts`.
+
+    Returns the number of closings, and that of all falls to the noise.
 
     `parts` are mean powers (octaves, parts), and `weights` those of the octaves.
     """
@@ -33,10 +35,13 @@ def closing_levels(parts, noise, weights, closing, out):
     ratio = np.zeros(length)
     for b in range(octaves):
         if not noise[b] > 0.0:
-            return 0
+            return 0, 0
         share = weights[b] / noise[b]
         for i in range(length):
             ratio[i] += share * parts[b, i]
+    falls = 0
+    for i in range(length - 1):
+        falls += ratio[i] > closing.closed >= ratio[i + 1]
     count, i = 0, 2
     while i + 1 < length:  # the gate closes in part i, at its end or before it
         after, i = ratio[i + 1], i + 1
@@ -52,9 +57,9 @@ def closing_levels(parts, noise, weights, closing, out):
             if is_noise(parts[:, k - 1 : k + 1], noise, closing.steady, closing.even):
                 out[count] = level
                 count += 1
-                i += 1
+                i += closing.release  # parts that tell of the same closing
                 break
-    return count
+    return count, falls
 
 
 @njit(nogil=True)
