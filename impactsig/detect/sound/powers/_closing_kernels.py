@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ...._compiling.compiled import njit
 
-
-class Closing(NamedTuple):
-    """What marks a closing, in powers over those of the noise."""
-
-    closed: float  # ratio after it, at most
-    silent: float  # at least, else that is digital silence
-    fall: float  # over which the ratio before it is that after it, at least
-    release: int  # parts that it takes, at most
-    steady: float  # greatest fall from the part before to the last before it [neper]
-    even: float  # standard deviation of the ratio over the octaves, before it [neper]
-    louder: float  # over which the loudest of `recent` parts is the last before it, at least
-    recent: int
+# What marks a closing, in powers over those of the noise.
+AT_NOISE = 4.5  # ratio after it, at most
+NO_SILENCE = 1e-4  # at least, else that is digital silence
+FALL = 20.0  # over which the ratio before it is that after it, at least
+RELEASE = 2  # parts that it takes, at most
+STEADY = 0.35  # greatest change from one part to the next before it, in the mean [neper]
+EVEN = 0.5  # standard deviation of the ratio over the octaves, before it [neper]
+LOUDER, RECENT = 3.0, 24  # that the loudest of as many parts is over the last before it, at least
 
 
 @njit(nogil=True)
-def closing_levels(parts, noise, weights, closing, out):
-    """Fill `out` with the ratios to the noise before each `closing` of a gate in `parts`.
+def closing_levels(parts, noise, weights, out):
+    """Fill `out` with the ratios to the noise before each closing of a gate in `parts`.
 
     Returns the number of closings, and that of all falls to the noise.
 
@@ -41,30 +36,30 @@ def closing_levels(parts, noise, weights, closing, out):
             ratio[i] += share * parts[b, i]
     falls = 0
     for i in range(length - 1):
-        falls += ratio[i] > closing.closed >= ratio[i + 1]
+        falls += ratio[i] > AT_NOISE >= ratio[i + 1]
     count, i = 0, 2
     while i + 1 < length:  # the gate closes in part i, at its end or before it
         after, i = ratio[i + 1], i + 1
-        if not closing.silent < after <= closing.closed:
+        if not NO_SILENCE < after <= AT_NOISE:
             continue
-        for k in range(i - 2, max(i - 2 - closing.release, 0), -1):
+        for k in range(i - 2, max(i - 2 - RELEASE, 0), -1):
             level = ratio[k]
-            if level < closing.fall * after:
+            if level < FALL * after:
                 continue
-            loudest = ratio[max(k - closing.recent, 0) : k].max()
-            if loudest < closing.louder * level:
+            loudest = ratio[max(k - RECENT, 0) : k].max()
+            if loudest < LOUDER * level:
                 continue
-            if is_noise(parts[:, k - 1 : k + 1], noise, closing.steady, closing.even):
+            if is_noise(parts[:, k - 1 : k + 1], noise):
                 out[count] = level
                 count += 1
-                i += closing.release  # parts that tell of the same closing
+                i += RELEASE  # parts that tell of the same closing
                 break
     return count, falls
 
 
 @njit(nogil=True)
-def is_noise(parts, noise, steady, even):
-    """Whether two parts are `even` in their ratios to the noise, and the first is as high."""
+def is_noise(parts, noise):
+    """Whether two parts have the spectrum of the noise, and are as high."""
     octaves = len(parts)
     total = squares = steps = 0.0
     for b in range(octaves):
@@ -76,7 +71,7 @@ def is_noise(parts, noise, steady, even):
         squares += height * height
         steps += math.log(before) - height
     mean = total / octaves
-    return abs(steps) < steady * octaves and squares / octaves - mean * mean < even**2
+    return abs(steps) < STEADY * octaves and squares / octaves - mean * mean < EVEN**2
 
 
 @njit(nogil=True)

@@ -30,11 +30,8 @@ import functools
 import numpy as np
 
 from .._nearby import middle
-from ._closing_kernels import Closing, closed_groups, closing_levels
+from ._closing_kernels import AT_NOISE, closed_groups, closing_levels
 
-CLOSING = Closing(
-    closed=4.5, silent=1e-4, fall=20.0, release=2, steady=0.35, even=0.5, louder=3.0, recent=24
-)
 CLOSED = 0.25  # ratio to the noise behind an open gate, below which it is closed
 FEWEST, SHARE = 4, 0.1  # closings, and share of these in all falls to the noise
 SCATTER = 0.35  # greatest median deviation of their levels [neper]
@@ -50,11 +47,11 @@ def opened_noise(parts: np.ndarray, noise: np.ndarray) -> float:
     out = np.empty(parts.shape[1] // 2 + 1)
     octaves = len(noise)
     weights = octave_weights(octaves)
-    if not enough(*closing_levels(parts[:octaves], noise, weights, CLOSING, out)):
+    if not enough(*closing_levels(parts[:octaves], noise, weights, out)):
         return 0.0
-    closed = (weights / noise) @ parts[:octaves] < CLOSING.closed
+    closed = (weights / noise) @ parts[:octaves] < AT_NOISE
     noise = np.append(noise, np.median(parts[octaves:, closed], axis=1))
-    count, falls = closing_levels(parts, noise, octave_weights(len(parts)), CLOSING, out)
+    count, falls = closing_levels(parts, noise, octave_weights(len(parts)), out)
     if not enough(count, falls):
         return 0.0
     levels = np.log(out[:count])
