@@ -81,12 +81,10 @@ def test_impacts_behind_a_gate_with_a_floor_are_those_without_it(rate, floor):
     assert any(NOTE in note for note in found.notes)
 
 
-def test_a_soft_knock_that_opens_the_gate_in_noise_is_no_impact():
+def test_a_gate_that_opens_without_a_sound_is_no_impact():
     """The noise that it lets through is not louder than elsewhere."""
     rng = np.random.default_rng(5)
     x, _ = knocks(rng)
-    gain = gated(np.ones(len(x)), RATE, 0.03)
-    assert (gain == 1.0).all()
     y = gated(x, RATE, 0.03)
     for at in np.arange(0.05, 11.5, 1.1):  # opens without a sound
         first = round(at * RATE)
