@@ -73,6 +73,7 @@ from ._windows import windows
 from .deciding.doubt import EVEN, Doubt
 from .deciding.notes import (
     click_notes,
+    closing_notes,
     codec_notes,
     converter_notes,
     crowd_notes,
@@ -85,6 +86,7 @@ from .powers.filtering import Filter
 from .powers.hum import high_pass
 from .powers.ringing import OFTEN, lasting, predictable, prediction
 
+SHORTEST = 10e-3  # [s], of a record that may have an impact
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -170,7 +172,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     """Go through the record for the first time; twice if hum or ringing is to be filtered out."""
     gathered = surveyed_through(None, pieces, rate, scale)
     survey, backgrounds = gathered.survey, gathered.survey.backgrounds
-    if any(part.any() for passage in survey.passages for part in passage.silent):
+    if any(part.any() for passage in survey.passages for part in passage.digital):
         return gathered  # silence would no longer be silent
     before = None
     if backgrounds.hum:
@@ -250,6 +252,11 @@ def search(
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likely.max() if len(likely) else likeliest:.2g}"
         )
+        if samples <= SHORTEST * rate:
+            reason = (
+                f"the record lasts {1e3 * samples / rate:.3g} ms, and an impact needs 4 ms before "
+                "it and 6 ms after it"
+            )
     kept = distinct(instant, likely)
     kept = kept[heard[kept] & ~clicks[kept] & enough[kept]]
     found = SoundImpacts(
@@ -262,9 +269,10 @@ def search(
         float(alike[kept].mean()) if len(kept) else 0.0,
         reason,
         (
-            *(converter_notes(survey) or limits.notes()),
+            *((not limits.two_valued and converter_notes(survey)) or limits.notes()),
             *codec_notes(survey),
             *gate_notes(survey, samples),
+            *closing_notes(survey, samples),
             *voice_notes(left_out.pulses),
             *swell_notes(int(np.count_nonzero(swells))),
             *crowd_notes(left_out.crowded, int(np.count_nonzero(enough))),
