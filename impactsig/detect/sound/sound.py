@@ -178,7 +178,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     if backgrounds.hum:
         before = high_pass(scale, rate, survey.bands, backgrounds.hum)
     modes = 0.0
-    if predictable(np.array(backgrounds.narrow), survey.bands, scale):
+    if predictable(np.array(backgrounds.narrow), rate, scale):
         modes = lasting(windows(pieces(), window_size(scale)), rate, scale)
     if modes and rate_of(survey) < OFTEN:
         again = windows(pieces(), window_size(scale))

@@ -26,13 +26,14 @@ short as a sample and leaves its power in noise where the modes had raised it. T
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 
 import numpy as np
 
-from .._kernels import Scale
+from .._kernels import GROUP, Scale
 from .._windows import Window
-from .bands import Bands
+from .bands import bands_at
 from .filtering import Filter
 from .hum import centres, lowest
 
@@ -47,22 +48,33 @@ LINE, ABOVE = 2.0, 3.0  # coefficients of a line in these, and times the noise t
 LEAST = 1e-9  # of the power, white noise that is added for the equations to have a solution
 
 
-def predictable(narrow: np.ndarray, bands: Bands, scale: Scale) -> bool:
+def predictable(narrow: np.ndarray, rate: float, scale: Scale) -> bool:
     """Whether prediction may gain anything.
 
     `narrow` (cores, 2, bands) is the noise of narrow bands, and the greatest power within seconds.
     """
     if not len(narrow):
         return False
-    octave = np.floor(np.log2(centres(bands) / lowest(scale)))
-    density, gains = narrow / bands.gain, []
-    for each in np.unique(octave[octave >= 0.0]):
-        inside = octave == each
-        noise, loudest = density[:, 0, inside], density[:, 1, inside].max(axis=1)
-        noise = np.maximum(noise, np.maximum(COUNTS * loudest, TINIEST)[:, None])
-        share = bands.gain[inside] / bands.gain[inside].sum()
-        gains.append(np.log(noise @ share) - np.log(noise) @ share)
+    gain, octaves = octaves_at(rate, scale)
+    noise, loudest = (narrow / gain).swapaxes(0, 1)
+    gains = []
+    for inside, share in octaves:
+        least = np.maximum(COUNTS * loudest[:, inside].max(axis=1), TINIEST)
+        own = np.maximum(noise[:, inside], least[:, None])
+        gains.append(np.log(own @ share) - np.log(own) @ share)
     return bool(np.median(gains, axis=1).max() > GAIN)
+
+
+@functools.lru_cache(maxsize=8)
+def octaves_at(rate: float, scale: Scale) -> tuple[np.ndarray, list[tuple[slice, np.ndarray]]]:
+    """Gains of the narrow bands, and for each octave which they are and their shares of it."""
+    bands = bands_at(rate, GROUP * scale.hop)
+    octave = np.floor(np.log2(centres(bands) / lowest(scale)))
+    each = []
+    for one in np.unique(octave[octave >= 0.0]):
+        inside = slice(*np.searchsorted(octave, (one, one + 1.0)))
+        each.append((inside, bands.gain[inside] / bands.gain[inside].sum()))
+    return bands.gain, each
 
 
 def lasting(windows: Iterable[Window], rate: float, scale: Scale) -> float:
