@@ -51,7 +51,7 @@ def test_the_filter_before_the_octaves_is_no_longer_than_for_150_hz():
     below = bands_below(SCALE, RATE, HOP)  # the highest of these is nearer to the octaves
     taps = high_pass(SCALE, RATE, BANDS, below)
     kaiser = (90.0 - 7.95) / (2.285 * 2.0 * np.pi * 150.0 / RATE) + 1.0
-    assert len(taps) == pytest.approx(kaiser, abs=2.0)
+    assert len(taps.taps) == pytest.approx(kaiser, abs=2.0)
 
 
 def test_gates_open_and_close_within_4_ms():
