@@ -48,8 +48,25 @@ def chebyshev() -> np.ndarray:
 
     impulse = np.zeros(2 * REACH * PER_SAMPLE + 1)
     impulse[REACH * PER_SAMPLE] = PER_SAMPLE
-    sections = signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, impulse))
+    return np.asarray(signal.sosfiltfilt(_chebyshev_sections(), impulse))
+
+
+def _chebyshev_sections() -> np.ndarray:
+    from scipy import signal
+
+    return np.asarray(signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos"))
+
+
+@functools.cache
+def causal() -> np.ndarray:
+    """The response of `scipy.signal.decimate` forward alone, its greatest value at 0."""
+    from scipy import signal
+
+    impulse = np.zeros(3 * REACH * PER_SAMPLE)
+    impulse[REACH * PER_SAMPLE] = PER_SAMPLE
+    response = signal.sosfilt(_chebyshev_sections(), impulse)
+    greatest = int(np.argmax(response))
+    return np.asarray(response[greatest - REACH * PER_SAMPLE : greatest + REACH * PER_SAMPLE + 1])
 
 
 @functools.cache
