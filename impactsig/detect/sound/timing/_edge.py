@@ -6,8 +6,9 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     e sinc(e u) cos^2(pi u / 48),  |u| < 24        a cliff at e times half the rate,
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
-the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
-itself. `columns_of` gives a mode with an abrupt start behind each of them.
+the Chebyshev filter of `scipy.signal.decimate` forward and backward, or forward alone, which does
+not ring before an impact, or none: samples of the sound itself. `columns_of` gives a mode with an
+abrupt start behind each of them.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ def chebyshev() -> np.ndarray:
 
 
 def _chebyshev_sections() -> np.ndarray:
+    """Second-order sections of the filter of `scipy.signal.decimate`."""
     from scipy import signal
 
     return np.asarray(signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos"))
@@ -71,7 +73,7 @@ def causal() -> np.ndarray:
 
 @functools.cache
 def responses() -> tuple[np.ndarray, ...]:
-    """All candidate responses, the most common one first."""
+    """All candidate responses of linear phase, the most common one first."""
     return cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()
 
 
