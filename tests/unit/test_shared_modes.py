@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy import integrate
+from scipy import integrate, signal
 
-from benchmarks import sound_errors, strange_sounds
+from benchmarks import sound_errors, sound_timing, strange_sounds
 from benchmarks.recordings import coloured, microphone, score
 from benchmarks.sound_timing import MODES, band_limited, crossing
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound.sound import detect_sound
 from impactsig.detect.sound.timing._edge import (
+    causal,
     chebyshev,
     cliff,
     columns_of,
@@ -131,6 +133,26 @@ def test_sounds_of_one_band_have_no_shared_modes():
     modes.add(truth.samples, np.rint(truth.time * 8000) - 0.5)
     modes.timing()
     assert modes.model is None
+
+
+LOW = ((450.0, 12e-3, 1.0), (1250.0, 8e-3, 0.8), (2000.0, 6e-3, 0.7), (3000.0, 4e-3, 0.6))
+
+
+@pytest.mark.parametrize("rate", [11_025, 16_000])
+def test_the_start_of_a_mode_below_what_is_fitted_is_fitted(rate):
+    found, off = learned(band_limited(rate, "resample", 20.0, 303, modes=LOW, count=150))
+    assert 1e6 * np.std(off) < 60  # 91 and 66 by the modes above
+    assert 0.7 < np.std(off / found.time_error) < 1.25  # 1.8 and 1.6 by them
+
+
+@pytest.mark.parametrize(("noise", "most"), [(20.0, 70), (49.0, 30)])
+def test_a_filter_that_does_not_ring_before_impacts_is_found(monkeypatch, noise, most):
+    forward = partial(signal.decimate, zero_phase=False)
+    monkeypatch.setitem(sound_timing.DECIMATORS, "forward", forward)
+    found, off = learned(band_limited(8000, "forward", noise, 303, modes=MODES["three"], count=150))
+    off = off - np.median(off)  # its delay
+    assert 1e6 * np.std(off) < most  # 85 and 49 by symmetric filters
+    assert 0.5 < np.std(off / found.time_error) < 1.25  # 1.3 and 2.2 by them
 
 
 def test_folded_modes_are_tried_behind_the_filter_that_other_modes_favour():
@@ -283,6 +305,10 @@ def test_responses_pass_what_is_far_below_their_edge():
         for share in (0.0, 0.3, 0.5):
             gain = np.sum(response * np.cos(np.pi * share * u)) / 16
             assert gain == pytest.approx(1.0, abs=0.02)
+    # Forward alone it delays, and passes the root.
+    turn = np.exp(1j * np.pi * np.outer((0.5, 1.0), np.arange(-384, 385) / 16))
+    once, twice = (np.abs(turn @ response) / 16 for response in (causal(), chebyshev()))
+    np.testing.assert_allclose(once, np.sqrt(twice), atol=1e-2)  # its end is cut off
     # At half the rate 1 / (1 + ripple T_8(x)^2), x the ratio of the prewarped frequencies.
     stop = np.sum(chebyshev() * np.cos(np.pi * np.arange(-384, 385) / 16)) / 16
     ratio = np.tan(np.pi / 32) / np.tan(0.8 * np.pi / 32)
@@ -300,7 +326,7 @@ def test_the_high_pass_filter_stops_hum_and_passes_modes():
     assert gain[3500] == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("response", [cliff(1.0), cliff(0.95), slope(), chebyshev()])
+@pytest.mark.parametrize("response", [cliff(1.0), cliff(0.95), slope(), chebyshev(), causal()])
 def test_the_shift_of_a_sound_without_noise_is_recovered(response):
     taps = high_pass(RATE)
     model = modes_behind(EXPONENTS, response, taps, RATE, float(np.sum(taps**2)))

@@ -107,12 +107,22 @@ def test_dependent_squares_count_as_fewer():
         # The correlation of values repeated so often falls in a line: twice its sum is times - 1.
         squares = np.repeat(rng.standard_normal(40_000 // times) ** 2, times)
         squares[20_000:] *= 1.2
-        alike = counting_as_one(squares, 20_000, 0.0, 6)
+        alike = counting_as_one(squares, 20_000, 0.0, 6, 1.0)
         assert alike == pytest.approx(DEPENDENT * times**MOST_TOGETHER, rel=0.03)
         # A strong rise shows in a single one.
-        strong = counting_as_one(squares, 20_000, 20.0 * len(squares), 6)
+        strong = counting_as_one(squares, 20_000, 20.0 * len(squares), 6, 1.0)
         assert strong == pytest.approx(DEPENDENT, rel=0.01)
-    assert counting_as_one(np.zeros(9), 4, 1.0, 3) == DEPENDENT
+        # Where twice as many are dense, all that depends on time alone is twice as much.
+        twice = counting_as_one(np.repeat(squares, 2), 40_000, 0.0, 12, 2.0)
+        assert twice == pytest.approx(2.0 * alike, rel=0.03)
+    assert counting_as_one(np.zeros(9), 4, 1.0, 3, 2.0) == 2.0 * DEPENDENT
+
+
+@pytest.mark.parametrize("rate", [96_000, 192_000])
+def test_errors_of_attacks_at_high_rates(rate):
+    parts = [errors(record("shared", rate, 20.0, seed, decimator="")) for seed in (471, 472)]
+    off, error = np.concatenate(parts).T
+    assert 0.7 < np.std(off / error) < 1.3  # 1.9 at 192 kHz if a single square tells
 
 
 def test_gains_are_those_of_every_split():

@@ -114,4 +114,4 @@ def test_correlation_of_squares_at_all_lags(count, split, lags):
         parts = np.split(away, [split])
         total = sum(float(np.sum(part[: max(len(part) - lag, 0)] * part[lag:])) for part in parts)
         together += 2.0 * max(total / np.sum(away**2), 0.0)
-    assert counting_as_one(squares, split, 0.0, lags) == pytest.approx(0.9 * together**0.6)
+    assert counting_as_one(squares, split, 0.0, lags, 1.0) == pytest.approx(0.9 * together**0.6)

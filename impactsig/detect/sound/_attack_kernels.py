@@ -69,7 +69,8 @@ def attack(x, at, scale, gains):
         place, gained = variance_change(squares[k], at - first, scale.reach, gains[k])
         if k == 0 or gained > gain:
             best, split, gain = k, place, gained
-    together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2)
+    dense = max(0.5 * scale.short_lag, 1.0)
+    together = counting_as_one(squares[best], split, gain, 3 * scale.slope // 2, dense)
     earliest = at - first - scale.reach
     variance = split_variance(gains[best, 0], earliest, split, 2.0 * together, gains[0, 1])
     least = SURE * min(
@@ -79,11 +80,12 @@ def attack(x, at, scale, gains):
 
 
 @fused
-def counting_as_one(squares, split, gain, lags):
+def counting_as_one(squares, split, gain, lags, dense):
     """Number of dependent squares that count as one where their mean changes by `gain`.
 
     A weak rise shows in the mean of many: 1 + 2 sum r of them count as nearly one, r their
-    correlation at each lag before and after the split. A strong one shows in a single square.
+    correlation at each lag before and after the split. A strong one shows in a single square, or in
+    as many as are `dense`: above 48 kHz a sound changes little from one to the next.
     """
     away = np.zeros(len(squares) + 2 * lags)  # with zeros behind each side of the split
     for first, last, at in ((0, split, 0), (split, len(squares), split + lags)):
@@ -93,12 +95,13 @@ def counting_as_one(squares, split, gain, lags):
             own[i] = part[i] / mean - 1.0
     alone, together = sum_of_squares(away), 1.0
     if not alone > 0.0:
-        return DEPENDENT
+        return DEPENDENT * dense
     for lag in range(1, lags + 1):
         shared = sum_of_products(away[: len(away) - lag], away[lag:])
         together += 2.0 * max(shared / alone, 0.0)
     jump = 2.0 * max(gain, 0.0) / len(squares)  # logarithm of the variance after over that before
-    return DEPENDENT * together ** (MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4))
+    power = MOST_TOGETHER / (1.0 + (jump / JUMP) ** 4)
+    return DEPENDENT * dense * max(together / dense, 1.0) ** power
 
 
 @fused

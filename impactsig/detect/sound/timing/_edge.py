@@ -6,8 +6,9 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     e sinc(e u) cos^2(pi u / 48),  |u| < 24        a cliff at e times half the rate,
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
-the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
-itself. `columns_of` gives a mode with an abrupt start behind each of them.
+the Chebyshev filter of `scipy.signal.decimate` forward and backward, or forward alone, which does
+not ring before an impact, or none: samples of the sound itself. `columns_of` gives a mode with an
+abrupt start behind each of them.
 """
 
 from __future__ import annotations
@@ -48,13 +49,31 @@ def chebyshev() -> np.ndarray:
 
     impulse = np.zeros(2 * REACH * PER_SAMPLE + 1)
     impulse[REACH * PER_SAMPLE] = PER_SAMPLE
-    sections = signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, impulse))
+    return np.asarray(signal.sosfiltfilt(_chebyshev_sections(), impulse))
+
+
+def _chebyshev_sections() -> np.ndarray:
+    """Second-order sections of the filter of `scipy.signal.decimate`."""
+    from scipy import signal
+
+    return np.asarray(signal.cheby1(8, 0.05, 0.8 / PER_SAMPLE, output="sos"))
+
+
+@functools.cache
+def causal() -> np.ndarray:
+    """The response of `scipy.signal.decimate` forward alone, its greatest value at 0."""
+    from scipy import signal
+
+    impulse = np.zeros(3 * REACH * PER_SAMPLE)
+    impulse[REACH * PER_SAMPLE] = PER_SAMPLE
+    response = signal.sosfilt(_chebyshev_sections(), impulse)
+    greatest = int(np.argmax(response))
+    return np.asarray(response[greatest - REACH * PER_SAMPLE : greatest + REACH * PER_SAMPLE + 1])
 
 
 @functools.cache
 def responses() -> tuple[np.ndarray, ...]:
-    """All candidate responses, the most common one first."""
+    """All candidate responses of linear phase, the most common one first."""
     return cliff(1.0), slope(), cliff(0.95), cliff(0.9), cliff(0.85), chebyshev()
 
 

@@ -11,14 +11,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ._edge import responses
-from ._shared_modes_fit import Model, Projected, modes_behind
+from ._edge import HIGH_PASS, causal, responses
+from ._shared_modes_fit import PRIORS, Model, Projected, modes_behind
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
 STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and between them
 LIKELY = 3  # filters that are tried with more than one choice of modes
 LOUD = 16  # sounds, the loudest, that filters are compared by
+LOW = 0.5 * HIGH_PASS, 0.01  # [Hz], [s]: a mode below what is fitted, and its decay
 BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
 
@@ -91,7 +92,7 @@ def chosen_model(
             other, by_other = projected(exponents, None)
             other.learn(by_other, EXACT)
             unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, model, loud)
+    best = _most_probable(behind, choices, folded, rate, model, loud)
     if best is not model:
         held = best.projected(sounds, guess)
     # What is as probable as a model that is probable enough needs no further proof.
@@ -109,6 +110,7 @@ def _most_probable(
     behind: Callable[[np.ndarray, np.ndarray], Model],
     choices: list[np.ndarray],
     folded: list[np.ndarray],
+    rate: float,
     model: Model,
     loud: Projected,
 ) -> Model:
@@ -117,9 +119,13 @@ def _most_probable(
     All are compared about the origins by that of the widest filter and the first choice, which has
     learned from the loudest. The filters after the slope are narrower and narrower: there is one
     maximum.
+
+    An impulse as strong as it may be stands for something else: for the start of a strong mode
+    below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
+    impact. Then a mode of a low frequency, which may be any, and a causal filter are tried.
     """
     widest, slope, *narrower = responses()
-    tried = [(model, widest)]
+    tried = [(model, widest, choices[0])]
     rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
 
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
@@ -128,13 +134,13 @@ def _most_probable(
         other.learn(other.projected_there(loud), EXACT, beaten)
         return other
 
-    def less(item: tuple[Model, np.ndarray]) -> float:
+    def less(item: tuple[Model, np.ndarray, np.ndarray]) -> float:
         return -item[0].evidence
 
     beaten = -np.inf
     for response in (slope, *narrower):
         other = learned(choices[0], response, beaten)
-        tried.append((other, response))
+        tried.append((other, response, choices[0]))
         tried.sort(key=less)
         if len(tried) >= rank:
             beaten = tried[rank - 1][0].evidence
@@ -143,12 +149,27 @@ def _most_probable(
     likely = tried[:LIKELY]
     for exponents in (*choices[1:], *folded):
         most = likely[0][0].evidence
-        for i, (before, response) in enumerate(likely):
+        for i, (before, response, _) in enumerate(likely):
             other = learned(exponents, response, before.evidence)
             if other.evidence > before.evidence:
-                likely[i] = other, response
+                likely[i] = other, response, exponents
             most = max(most, other.evidence)
             if other.evidence < most - CERTAIN:
                 break
         likely.sort(key=less)  # what other modes tell of a filter counts for the next
-    return likely[0][0]
+    best, response, exponents = likely[0]
+    if best.prior[0] < PRIORS[0]:
+        return best
+    frequency, decay = LOW
+    low = (2j * np.pi * frequency - 1.0 / decay) / rate
+    best = max(best, learned(np.append(low, exponents), response, best.evidence), key=_evidence)
+    for exponents in (*choices, *folded):
+        other = learned(exponents, causal(), best.evidence)
+        best = max(best, other, key=_evidence)
+        if other.evidence < best.evidence - CERTAIN:
+            break
+    return best
+
+
+def _evidence(model: Model) -> float:
+    return model.evidence

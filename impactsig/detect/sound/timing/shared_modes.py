@@ -11,7 +11,8 @@ what the model leaves of other sounds in the direction of a shift.
 
 Modes above the band leave an impulse and its slope behind the filter. Their amplitudes, relative to
 the energy of the sound, are normal with variances estimated from the record: without a bound, a
-slightly later impact with other phases gives the same samples.
+slightly later impact with other phases gives the same samples. Where they are as great as may be,
+a mode below the high-pass filter and a filter that is causal are tried as well.
 
 The method does not apply where sounds are more probable without any filter, where modes are not
 shared, or where they leave more than UNLIKE of the energy. If the sounds of a slow record then do
