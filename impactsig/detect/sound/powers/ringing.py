@@ -123,7 +123,7 @@ def spectrum_of(
 ) -> np.ndarray:
     """Mean spectrum of frames of a record, of at most so many seconds, and as far apart."""
     size, apart = 1 << int(np.log2(frame * rate)), round(every * rate)
-    weights = np.hanning(size)
+    weights = hann(size)
     octaves = int(np.ceil(lowest(scale) * size))
     total = np.zeros(size // 2 + 1)
     for window in windows:
@@ -131,8 +131,15 @@ def spectrum_of(
         for first in range(core + -window.first % apart, core + len(window.core), apart):
             if first + size > len(x):
                 break
-            power = np.abs(np.fft.rfft(weights * x[first : first + size])) ** 2
+            found = np.fft.rfft(weights * x[first : first + size])
+            power = found.real**2 + found.imag**2
             heard = power[octaves:].sum()
             if heard > 0.0:
                 total += power / heard
     return total
+
+
+@functools.lru_cache(maxsize=4)
+def hann(size: int) -> np.ndarray:
+    """Weights of a frame."""
+    return np.hanning(size)
