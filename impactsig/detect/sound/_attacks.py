@@ -18,6 +18,7 @@ from ._clicks import BESIDE as CLICK
 from ._clicks import lone_samples
 from ._cores import window_size
 from ._growth import Growth
+from ._heard import Heard, unknown
 from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
@@ -31,7 +32,7 @@ from .deciding.overload import Overload
 from .deciding.swells import EDGES as SWELL_EDGES
 from .deciding.swells import crowds, most_odds, sharpness
 from .timing.alike import Overlay
-from .timing.shared_modes import SharedModes, Timing
+from .timing.shared_modes import SharedModes
 
 BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
@@ -65,11 +66,6 @@ class Measured(NamedTuple):
         return np.minimum(likely, chance(self.overload))
 
 
-def unknown(count: int) -> Timing:
-    """Shifts of so many attacks that nothing but they tells."""
-    return Timing(*np.full((2, count), np.nan))
-
-
 def chance(odds: np.ndarray) -> np.ndarray:
     """Probability of these log-odds."""
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
@@ -101,6 +97,7 @@ class Attacks:
         self.lengths = sound_lengths(rate, scale)
         self.modes = SharedModes(rate, scale.short_lag, scale.slope)
         self.overlay = Overlay(self.lengths, unknown if self.predicted else self.modes.last)
+        self.heard = Heard(self.lengths, limits, scale)
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
         self.overload = Overload(limits, survey.spectrum, scale, rate)
@@ -140,6 +137,8 @@ class Attacks:
             self.modes.add(x, at)
         if self.comparable:
             self.overlay.add(sounds, np.sqrt(attack[:, 3]))
+        if self.predicted:
+            self.heard.add(raw, places, at)
         self.growth.add(sounds, passage.probability[here] >= EVEN)
         self.beginnings.add(x, at)
         attack[:, 0] += window.segment + window.first - core
@@ -171,6 +170,10 @@ class Attacks:
         count = len(measured.attack)
         by_modes = unknown(count) if self.predicted else self.modes.timing()
         by_wave, wave_error = self.overlay.timing() if self.comparable else unknown(count)
+        if self.predicted:
+            heard = self.heard.timing(np.sqrt(attack[:, 3]))
+            if np.isfinite(heard.shift).any():
+                by_wave, wave_error = heard
         # If an attack is off by more than the largest shift, the waveform is a period beside.
         by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
         apart = np.abs(by_wave - by_mode)
