@@ -11,6 +11,7 @@ d (1 + e) = ln((1 + d) / (1 - d e)), whatever the power.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -36,28 +37,31 @@ def kelvin_voigt(damping: float) -> Callable:
 
 
 def _pulse(force: Callable) -> Callable:
-    def parted(time, state):
-        return force(*state) if time > 0.0 and state[1] < 0.0 else 1.0
+    @functools.cache
+    def sampled() -> tuple[np.ndarray, np.ndarray]:
+        def parted(time, state):
+            return force(*state) if time > 0.0 and state[1] < 0.0 else 1.0
 
-    def left(time, state):
-        return state[0] if time > 0.0 and state[1] < 0.0 else 1.0
+        def left(time, state):
+            return state[0] if time > 0.0 and state[1] < 0.0 else 1.0
 
-    parted.terminal = left.terminal = True
-    motion = integrate.solve_ivp(
-        lambda time, state: (state[1], -force(*state)),
-        (0.0, 20.0),
-        (0.0, 1.0),
-        "DOP853",
-        events=(parted, left),
-        dense_output=True,
-        rtol=1e-12,
-        atol=1e-14,
-        max_step=0.01,
-    )
-    u = np.linspace(0.0, 1.0, POINTS)
-    values = np.maximum(force(*motion.sol(u * motion.t[-1])), 0.0)
-    values /= values.max()
-    return lambda at: np.interp(at, u, values)
+        parted.terminal = left.terminal = True
+        motion = integrate.solve_ivp(
+            lambda time, state: (state[1], -force(*state)),
+            (0.0, 20.0),
+            (0.0, 1.0),
+            "DOP853",
+            events=(parted, left),
+            dense_output=True,
+            rtol=1e-12,
+            atol=1e-14,
+            max_step=0.01,
+        )
+        u = np.linspace(0.0, 1.0, POINTS)
+        values = np.maximum(force(*motion.sol(u * motion.t[-1])), 0.0)
+        return u, values / values.max()
+
+    return lambda at: np.interp(at, *sampled())
 
 
 LAWS = {

@@ -43,6 +43,25 @@ def pytest_collection():
     finally:
         gc.freeze()
         gc.enable()
+        CALLED.extend(kernels_called())
+
+
+CALLED: list[str] = []
+"""Kernels of the package that were called while tests were collected."""
+
+
+def kernels_called():
+    """Kernels that have been called in this process."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("impactsig."):
+            for one, value in vars(module).items():
+                if hasattr(value, "py_func") and value.signatures:
+                    yield f"{name}.{one}"
+
+
+@pytest.fixture
+def called_while_collecting():
+    return CALLED
 
 
 @pytest.fixture(scope="session")

@@ -58,7 +58,12 @@ WELLS = {
     ("case", "temperature"),
     # Between the wells; then in them, and high above what parts them.
     [(case, 0.2) for case in WELLS]
-    + [(case, t) for case in ("a deeper one", "three", "a soft stop") for t in (0.02, 2.0)],
+    + [("three", t) for t in (0.02, 2.0)]
+    + [
+        pytest.param(case, t, marks=pytest.mark.slow)
+        for case in ("a deeper one", "a soft stop")
+        for t in (0.02, 2.0)
+    ],
 )
 def test_with_a_linear_damper_the_density_is_gibbs(case, temperature):
     spring, stops = WELLS[case]

@@ -132,7 +132,7 @@ def test_energy_grows_under_noise_of_the_stiffness_as_its_moments_say(noise):
     quiet = mean_energy_of(replace(machine, noise=Noise(0.0)), 25.0)
     assert expected > 1.3 * quiet
     found = simulate_ensemble(
-        machine, paths=20_000, duration=25.0, initial=(1.0, 0.0), seed=8, step=0.025, workers=1
+        machine, paths=12_000, duration=25.0, initial=(1.0, 0.0), seed=8, step=0.025, workers=1
     )
     assert found.energy.mean_error < 0.02 * expected
     assert found.energy.mean == pytest.approx(expected, abs=3 * found.energy.mean_error)

@@ -596,3 +596,8 @@ def test_what_compiles_kernels_reaches_no_more_than_it_needs():
     names = {one.name for one in reached}
     assert {"compiled.py", "_linking.py", "_worked_out_once.py", "_written_briefly.py"} <= names
     assert len(names) < 15
+
+
+def test_no_kernel_is_called_while_tests_are_collected(called_while_collecting):
+    """Each worker would compile it, or wait for the other one that does, before any test."""
+    assert called_while_collecting == []

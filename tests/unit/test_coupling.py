@@ -48,7 +48,12 @@ def time_constant(x):
 
 
 @pytest.mark.parametrize(
-    ("contact", "constant"), [(0.3e-3, 1e-3), (0.3e-3, 20e-3), (3e-3, 0.5e-3), (3e-3, 5e-3)]
+    ("contact", "constant"),
+    [
+        (0.3e-3, 20e-3),
+        (3e-3, 0.5e-3),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((0.3e-3, 1e-3), (3e-3, 5e-3))),
+    ],
 )
 def test_the_time_constant_is_read_from_the_undershoot(constant, contact):
     x = train(41, contact, constant, 0.003)[2]
@@ -94,8 +99,15 @@ def test_to_undo_it_gives_the_pulses_back():
     np.testing.assert_allclose(x[651:], 0.0, atol=1e-3)
 
 
-@pytest.mark.parametrize("noise", [0.1, 0.001])
-@pytest.mark.parametrize("constant", [1e-3, 2e-3])
+@pytest.mark.parametrize(
+    ("constant", "noise"),
+    [
+        (1e-3, 0.001),
+        (2e-3, 0.1),
+        pytest.param(1e-3, 0.1, marks=pytest.mark.slow),
+        pytest.param(2e-3, 0.001, marks=pytest.mark.slow),
+    ],
+)
 def test_impacts_behind_a_high_pass(constant, noise):
     # 0.9 and fewer; with little noise and 1 ms the troughs were the impacts.
     time, heights, x = train(43, 3e-3, constant, noise)

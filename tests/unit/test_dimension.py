@@ -162,17 +162,17 @@ def test_chaos_in_bands_visited_in_turn_is_not_periodic(rate, count):
 @pytest.mark.parametrize(
     "x",
     [
-        lorenz_intervals(300),
-        5 + 0.1 * henon(300),
-        np.resize([1, 2, 3.0], 300) + 0.02 * np.sin(0.37 * np.arange(300)),
-        np.resize([1, 2, 3.0], 300) + np.linspace(0, 0.1, 300),
-        1 + 0.002 * torus(300, frequencies=2),
-        np.random.default_rng(0).exponential(size=300),
+        lambda: lorenz_intervals(300),
+        lambda: 5 + 0.1 * henon(300),
+        lambda: np.resize([1, 2, 3.0], 300) + 0.02 * np.sin(0.37 * np.arange(300)),
+        lambda: np.resize([1, 2, 3.0], 300) + np.linspace(0, 0.1, 300),
+        lambda: 1 + 0.002 * torus(300, frequencies=2),
+        lambda: np.random.default_rng(0).exponential(size=300),
     ],
     ids=["chaos", "small chaos", "modulated", "drifting", "torus", "Poisson"],
 )
 def test_what_moves_about_its_cycle_is_not_periodic(x):
-    assert _periodic.noisy_cycle(x, 0.0, True) is None
+    assert _periodic.noisy_cycle(x(), 0.0, True) is None
 
 
 @pytest.mark.parametrize(("tones", "noise"), [(1, 0.0), (2, 0.0), (1, 0.02), (2, 0.02)])

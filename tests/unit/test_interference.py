@@ -180,7 +180,7 @@ def test_steep_pulses_on_a_random_walk_are_found():
 @pytest.mark.parametrize(("height", "share"), [(0.05, 0.98), (0.1, 0.9)])
 def test_a_tone_that_wide_responses_average_out_hides_no_pulse(height, share):
     rng = np.random.default_rng(11)
-    times = times_of(rng, 120, 0.04)
+    times = times_of(rng, 60, 0.04)
     samples = pulses(times, 0.17e-3, lambda u: np.minimum(1, 1.6 * np.sin(np.pi * u)), rate=51_200)
     samples += height * np.sin(2 * np.pi * 8000.0 * np.arange(len(samples)) / 51_200)
     samples += 0.001 * rng.standard_normal(len(samples))

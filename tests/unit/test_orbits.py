@@ -1,5 +1,6 @@
 """What sections, periods and orbits refuse, and how they draw."""
 
+import functools
 import math
 
 import matplotlib
@@ -13,24 +14,31 @@ import impactsig
 from impactsig import Force, InvalidInput, KelvinVoigt, Oscillator, Rigid, Stop, scenes
 
 BEAM = scenes.karpodinis(22.1)
-MOTION = impactsig.simulate(BEAM, periods=4)
-COUNTS = impactsig.simulate(BEAM, periods=4, keep="counts")
-FREE = impactsig.simulate(Oscillator(), duration=3)
+
+
+@functools.cache
+def motion(keep="all"):
+    """Not while tests are collected, for every worker would compile for it."""
+    return impactsig.simulate(BEAM, periods=4, keep=keep)
+
+
+def free():
+    return impactsig.simulate(Oscillator(), duration=3)
 
 
 @pytest.mark.parametrize(
     ("call", "argument"),
     [
-        (lambda: impactsig.impact_map(MOTION, stop=1), "stop"),
-        (lambda: impactsig.impact_map(MOTION, stop=-1), "stop"),
-        (lambda: impactsig.impact_map(COUNTS), "keep"),
+        (lambda: impactsig.impact_map(motion(), stop=1), "stop"),
+        (lambda: impactsig.impact_map(motion(), stop=-1), "stop"),
+        (lambda: impactsig.impact_map(motion("counts")), "keep"),
         (lambda: impactsig.impact_map(BEAM), "motion"),
-        (lambda: impactsig.displacement_section(COUNTS), "keep"),
-        (lambda: impactsig.displacement_section(MOTION, math.nan), "displacement"),
-        (lambda: impactsig.displacement_section(MOTION, 0, "left"), "direction"),
-        (lambda: impactsig.orbit_period(FREE), "motion"),
-        (lambda: impactsig.orbit_period(MOTION, longest=0), "longest"),
-        (lambda: impactsig.orbit_period(MOTION, tolerance=0), "tolerance"),
+        (lambda: impactsig.displacement_section(motion("counts")), "keep"),
+        (lambda: impactsig.displacement_section(motion(), math.nan), "displacement"),
+        (lambda: impactsig.displacement_section(motion(), 0, "left"), "direction"),
+        (lambda: impactsig.orbit_period(free()), "motion"),
+        (lambda: impactsig.orbit_period(motion(), longest=0), "longest"),
+        (lambda: impactsig.orbit_period(motion(), tolerance=0), "tolerance"),
         (lambda: impactsig.orbit_period(impactsig.simulate(BEAM, periods=0.5)), "motion"),
         (lambda: impactsig.find_periodic_orbit(Oscillator()), "system"),
         (lambda: impactsig.find_periodic_orbit(BEAM, 0), "periods"),
@@ -57,12 +65,13 @@ def test_a_guess_that_leads_nowhere_says_so():
 @pytest.mark.parametrize(
     "section",
     [
-        impactsig.impact_map(MOTION),
-        impactsig.displacement_section(MOTION),
-        impactsig.displacement_section(MOTION, 100.0),
+        lambda: impactsig.impact_map(motion()),
+        lambda: impactsig.displacement_section(motion()),
+        lambda: impactsig.displacement_section(motion(), 100.0),
     ],
 )
 def test_sections_are_drawn_where_told(section):
+    section = section()
     ax = Figure().subplots()
     assert section.plot(ax) is ax
     ax.figure.draw_without_rendering()

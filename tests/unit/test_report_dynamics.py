@@ -261,12 +261,12 @@ def test_a_periodic_recording_in_words(periodic):
 @pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize("second", [0.0, 0.015])
 def test_a_narrow_band_of_chaos_about_a_period_is_told_from_jitter(second, periodic):
-    due = 0.05 * np.arange(800) + np.where(np.arange(800) % 2, second, 0.0)
+    due = 0.05 * np.arange(500) + np.where(np.arange(500) % 2, second, 0.0)
     frequency = 10.0 if second else 20.0
-    banded = of(periodic, Impacts.from_times(due + 1e-3 * logistic(800)), frequency=frequency)
+    banded = of(periodic, Impacts.from_times(due + 1e-3 * logistic(500)), frequency=frequency)
     assert banded.periodicity.kind == "banded"
     assert not banded.dynamics.periodic
-    late = np.random.default_rng(0).uniform(size=800)
+    late = np.random.default_rng(0).uniform(size=500)
     noisy = of(periodic, Impacts.from_times(due + 1e-3 * late), frequency=frequency)
     assert noisy.dynamics.periodic
     assert "deviations of successive impacts are unrelated" in told(noisy)["Dimension"]

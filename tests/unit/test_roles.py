@@ -1,5 +1,6 @@
 """Which channels of a file show impacts, where nobody says it."""
 
+import functools
 import re
 import warnings
 
@@ -29,11 +30,16 @@ from impactsig.report.contents import channels_in_words
 RATE = 20_000
 TIME = np.arange(RATE) / RATE
 TRUTH = Impacts.from_times(0.03 + 0.0491 * np.arange(19), duration=1.0)
-LOAD = synthesize(TRUTH, LoadCell(noise=0.004), rate=RATE, seed=0).samples
 SINE = np.sin(2 * np.pi * 20 * TIME)
 SWING = SINE + 0.4 * np.sin(2 * np.pi * 33 * TIME)
 TACHO = np.where((20 * TIME) % 1 < 0.1, 5.0, 0.0) + 0.01 * np.sin(1e5 * TIME)
-SIGNALS = {"load": LOAD, "sine": SINE, "swing": SWING, "tacho": TACHO}
+
+
+@functools.cache
+def signals():
+    """Not while tests are collected, for every worker would compile for it."""
+    load = synthesize(TRUTH, LoadCell(noise=0.004), rate=RATE, seed=0).samples
+    return {"load": load, "sine": SINE, "swing": SWING, "tacho": TACHO}
 
 
 @pytest.mark.parametrize(
@@ -78,7 +84,7 @@ def test_labels(name, unit, kind):
 )
 @pytest.mark.parametrize("factor", [1e-6, -3.0])
 def test_looks(signal, kind, factor):
-    assert role_by_look(factor * SIGNALS[signal] + 2.0).kind == kind
+    assert role_by_look(factor * signals()[signal] + 2.0).kind == kind
 
 
 @pytest.mark.parametrize(
@@ -100,7 +106,7 @@ def test_what_has_no_look_of_its_own(samples):
 def recorded(tmp_path, **columns):
     path = tmp_path / "run.csv"
     heads = ["time [s]", *(name.replace("_", " ", 1) for name in columns)]
-    rows = np.column_stack((TIME, *(SIGNALS[one] for one in columns.values())))
+    rows = np.column_stack((TIME, *(signals()[one] for one in columns.values())))
     np.savetxt(path, rows, delimiter=",", header=",".join(heads), comments="", fmt="%.7g")
     return path
 
@@ -141,7 +147,9 @@ def test_the_options_of_reading_are_those_of_what_is_searched(tmp_path):
     path = recorded(tmp_path, **{"x_[mm]": "swing", "F_[V]": "load"})
     found = analyse(path, scale=2.0, unit="N", start=0.5)
     assert [one.unit for one in found.overviews] == ["N", "mm"]
-    assert found.overviews[0].samples.max() == pytest.approx(2 * LOAD[RATE // 2 :].max())
+    assert found.overviews[0].samples.max() == pytest.approx(
+        2 * signals()["load"][RATE // 2 :].max()
+    )
     assert found.overviews[1].samples.max() == pytest.approx(SWING[RATE // 2 :].max())
     assert {one.start for one in found.overviews} == {0.5}
 

@@ -155,6 +155,17 @@ def test_a_filter_that_does_not_ring_before_impacts_is_found(monkeypatch, noise,
     assert 0.5 < np.std(off / found.time_error) < 1.25  # 1.3 and 2.2 by them
 
 
+def test_a_gentle_filter_that_does_not_ring_before_impacts_is_found(monkeypatch):
+    def gentle(x, times):
+        return signal.sosfilt(signal.butter(4, 0.7 / times, output="sos"), x)[::times]
+
+    monkeypatch.setitem(sound_timing.DECIMATORS, "gentle", gentle)
+    found, off = learned(band_limited(8000, "gentle", 49.0, 303, modes=MODES["three"], count=150))
+    off = off - np.median(off)
+    assert 1e6 * np.std(off) < 40
+    assert 0.5 < np.std(off / found.time_error) < 1.25  # 3 by steep filters
+
+
 def test_folded_modes_are_tried_behind_the_filter_that_other_modes_favour():
     # By the strong modes two filters are equally probable; only one of them fits a folded mode.
     truth = band_limited(11_025, "resample_poly", 49.0, 15_101, modes=MODES["sample"])

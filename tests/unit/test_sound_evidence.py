@@ -24,7 +24,7 @@ LEAST = 0.05
 """Probability from which on rules of those that are hopeless do not matter."""
 
 
-def rises(seed, pace, *, bands=0.02, mean=1.0, spread=0.7, rattle=1.0, pulses=0, tones=0):
+def rises(seed, pace, *, bands=0.02, mean=1.0, spread=0.7, rattle=1.0, pulses=0, tones=0, ring=0.0):
     """Rises of three seconds: so many impacts a second, in rattling noise, and other things.
 
     Parameters
@@ -34,6 +34,7 @@ def rises(seed, pace, *, bands=0.02, mean=1.0, spread=0.7, rattle=1.0, pulses=0,
     rattle : height of a tenth of the noise over that of the rest
     pulses : bursts of eight, as a voice makes them
     tones : impacts in one octave alone
+    ring : what is left of a rise in the next frame: noise makes few crests beside it
     """
     rng = np.random.default_rng(seed)
     c = 0.6 * SPREAD * np.abs(rng.standard_normal(COUNT))
@@ -50,6 +51,8 @@ def rises(seed, pace, *, bands=0.02, mean=1.0, spread=0.7, rattle=1.0, pulses=0,
         near = np.minimum(j + np.cumsum(rng.integers(12, 30, 8)), COUNT - 1)
         c[near] += 0.5 + rng.random(8)
         b[near // GROUP] += 0.2 + 0.3 * rng.random(8)
+    for k in range(1, COUNT if ring else 0):
+        c[k] = max(c[k], ring * c[k - 1])
     for i in rng.integers(0, len(h), tones):
         h[i] = 16.0 + 64.0 * rng.random() ** 3
     loud = np.maximum(c, 0.2 * rng.random(COUNT))
@@ -76,6 +79,7 @@ REGIMES = {
     "dense": {"pace": 60, "spread": 0.1, "tones": 20},
     "dense and faint": {"pace": 60, "spread": 0.2, "mean": 0.15},
     "dense, of many heights": {"pace": 90, "spread": 0.5, "bands": 0.1, "tones": 20},
+    "a room that rings": {"pace": 8, "bands": 0.3, "ring": 0.996},
     "pulses": {"pace": 3, "pulses": 6, "bands": 0.1, "tones": 20},
 }
 

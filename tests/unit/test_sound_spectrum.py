@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactsig.detect.sound._scale import scale_at
-from impactsig.detect.sound.powers._spectrum_kernels import LANES, order_after, radices_of
+from impactsig.detect.sound.powers._radix_kernels import LANES, order_after, radices_of
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at
 from tests import naive_sound
 

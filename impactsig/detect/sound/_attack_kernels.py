@@ -249,8 +249,8 @@ def crest(x, split, limits, scale):
 
 
 @fused
-def clipped_after(x, attacks, limits, scale, out):
-    """out[k]: 1.0 if samples after attack k, a place between samples of x, are clipped."""
+def crests_after(x, attacks, limits, scale, out):
+    """out[k]: `crest` after attack k, a place between samples of x."""
     for k in range(len(attacks)):
         split = int(attacks[k] + 0.5)
-        out[k] = crest(x, split, limits, scale)[1]
+        out[k, 0], out[k, 1] = crest(x, split, limits, scale)

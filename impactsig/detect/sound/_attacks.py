@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._attack_kernels import clipped_after, measure
+from ._attack_kernels import crests_after, measure
 from ._beginnings import Beginnings
 from ._choosing import Chosen, loudness_of
 from ._clicks import BESIDE as CLICK
@@ -30,13 +30,13 @@ from .deciding.gradual import gradual_odds, most_odds_beside
 from .deciding.overload import Overload
 from .deciding.swells import EDGES as SWELL_EDGES
 from .deciding.swells import crowds, most_odds, sharpness
-from .powers.hum import filtered
 from .timing.alike import Overlay
-from .timing.shared_modes import SharedModes
+from .timing.shared_modes import SharedModes, Timing
 
 BESIDE = 60e-3  # [s], beside a window in which attacks are timed
 COARSE = 10e-3  # [s], before and after an instant that is only known to some 10 ms
 RINGING = 0.84, 0.5  # quantile of the time from attack to clear sound, and fraction that is usual
+FEW_MODES = 4.0  # whose waveforms are alike in any phases after a shift
 CLEAR_OF_HUM = 6.6  # [neper of power], of impacts that need no filter to be timed
 
 
@@ -65,6 +65,11 @@ class Measured(NamedTuple):
         return np.minimum(likely, chance(self.overload))
 
 
+def unknown(count: int) -> Timing:
+    """Shifts of so many attacks that nothing but they tells."""
+    return Timing(*np.full((2, count), np.nan))
+
+
 def chance(odds: np.ndarray) -> np.ndarray:
     """Probability of these log-odds."""
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
@@ -81,18 +86,21 @@ class Attacks:
     ) -> None:
         scale, rate = survey.scale, survey.rate
         self.chosen, self.limits, self.scale, self.rate = chosen, limits, scale, rate
-        self.taps = survey.taps
+        self.filter = survey.filter
         # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
         loud = 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
         clear = survey.hum_crest + CLEAR_OF_HUM + loud
-        if self.taps is not None and loudness_of(survey, chosen) > clear:
-            self.taps = None
+        if self.filter is not None and loudness_of(survey, chosen) > clear:
+            self.filter = None
+        # What is left of ringing shows where it begins, but not its modes; of few, any phase.
+        self.predicted = self.filter is not None and self.filter.predicts
+        self.comparable = self.filter is None or self.filter.modes > FEW_MODES
         self.more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
         self.size = window_size(scale) // scale.hop  # frames of a window
         self.crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
         self.lengths = sound_lengths(rate, scale)
         self.modes = SharedModes(rate, scale.short_lag, scale.slope)
-        self.overlay = Overlay(self.lengths, self.modes.last)
+        self.overlay = Overlay(self.lengths, unknown if self.predicted else self.modes.last)
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
         self.overload = Overload(limits, survey.spectrum, scale, rate)
@@ -110,22 +118,28 @@ class Attacks:
         if here.start == here.stop:
             return
         raw, core = window.beside(self.more * scale.hop)
-        x = raw if self.taps is None else filtered(raw, self.taps)
+        x = raw if self.filter is None else self.filter.of(raw)
         places = core + (passage.frame[here] - first) * scale.hop
         for k in np.flatnonzero(passage.coarse[here]):
             places[k] = greatest_rise(x, int(places[k]), scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
         measure(x, places, self.limits, scale, attack, sounds)
         at, lone = attack[:, 0].copy(), np.empty(len(places), np.bool_)
-        if self.taps is not None:
-            clipped_after(raw, at, self.limits, scale, attack[:, 2])
+        if self.filter is not None:
+            crests = np.empty((len(places), 2))
+            crests_after(raw, at, self.limits, scale, crests)
+            attack[:, 2] = crests[:, 1]
+            if self.predicted:
+                attack[:, 1] = crests[:, 0]
         lone_samples(raw, at, round(CLICK * rate), scale.reach, lone)
         self.beside.add(x, at, self.crowded[window.segment][here])
         gradual = np.isfinite(passage.steady[here]) & self.far_beside.within(x, at)
         self.far_beside.add(x, at, gradual)
         self.overload.add(raw, at, passage.may_be_edge[here])
-        self.modes.add(x, at)
-        self.overlay.add(sounds, np.sqrt(attack[:, 3]))
+        if not self.predicted:
+            self.modes.add(x, at)
+        if self.comparable:
+            self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, passage.probability[here] >= EVEN)
         self.beginnings.add(x, at)
         attack[:, 0] += window.segment + window.first - core
@@ -154,7 +168,9 @@ class Attacks:
         `likely` are the probabilities of impacts.
         """
         attack, reach = measured.attack, self.scale.reach
-        (by_wave, wave_error), by_modes = self.overlay.timing(), self.modes.timing()
+        count = len(measured.attack)
+        by_modes = unknown(count) if self.predicted else self.modes.timing()
+        by_wave, wave_error = self.overlay.timing() if self.comparable else unknown(count)
         # If an attack is off by more than the largest shift, the waveform is a period beside.
         by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
         apart = np.abs(by_wave - by_mode)

@@ -16,6 +16,8 @@ from ._core_kernels import count_equal
 
 SOME = 16  # samples, one of which is checked
 MUCH = 0.02  # share at the limits that a note is worth
+ALL = 0.98  # share at the limits of a record of two values
+FEWEST = 25  # checked samples that say something of the record
 
 
 @dataclass
@@ -50,9 +52,21 @@ class Limits:
         limits = ((self.least, self.at_least), (self.greatest, self.at_greatest))
         return sum(count for limit, count in limits if limit) / max(self.seen, 1)
 
+    @property
+    def two_valued(self) -> bool:
+        """Whether nearly all samples are the least or the greatest, and many are either."""
+        seen, counts = self.seen, (self.at_least, self.at_greatest)
+        return seen >= FEWEST and sum(counts) > ALL * seen and min(counts) > MUCH * seen
+
     def notes(self) -> tuple[str, ...]:
-        """A note if much of the record is clipped."""
-        if self.share < MUCH:
+        """A note if the record has two values, or much of it is clipped."""
+        if self.two_valued:
+            return (
+                f"Nearly all samples are {self.least:g} or {self.greatest:g}: the signal is a "
+                "logic level, or it hardly exceeds a step of the converter. Record with a higher "
+                "gain.",
+            )
+        if self.seen < FEWEST or self.share < MUCH:
             return ()
         return (
             f"{100 * self.share:.0f} % of the samples lie at the limits of the record, which is "

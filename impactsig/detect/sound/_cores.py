@@ -13,19 +13,32 @@ from itertools import accumulate
 
 import numpy as np
 
-from ._core_kernels import BLOCKS, RESOLUTION, bound_noise, may_hum, put_extremes
+from ._core_kernels import (
+    BLOCKS,
+    CONVERTER_STEP,
+    GREATEST,
+    LEAST,
+    RESOLUTION,
+    bound_noise,
+    may_hum,
+    put_extremes,
+)
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
 from ._levels import Levels
-from ._rise_kernels import LOW
+from ._rise_kernels import LONG_PART, LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
+from .powers.closings import closed_in, opened_noise
 from .powers.fades import beside_fades
+from .powers.filtering import Filter
 from .powers.floor import NEARBY, WITHIN, noise_power, quantile_bias
 from .powers.holes import has_holes
 from .powers.hum import bands_below, crests_at, hum_bands
 
 CORE = 64 * BLOCK  # frames that share one noise
+LEAST_OPEN = 0.25  # of a BLOCK, whose noise is read from what an open gate lets through
+OFF_STEPS = 0.02  # of a step, from whole ones
 LENGTH = 1 << 17  # samples of a window, unless a core is longer
 
 
@@ -36,16 +49,21 @@ class Backgrounds:
     scale: Scale
     rate: float
     bands: Bands
+    filter: Filter | None = None  # before the octaves
     gains: np.ndarray = field(init=False)  # power of octaves for white noise of power 1
     noise: list[np.ndarray] = field(default_factory=list)  # of the octaves, in each core
+    narrow: list[np.ndarray] = field(default_factory=list)  # that of narrow bands, and the loudest
     below_step: int = 0  # cores whose noise the converter does not resolve
     with_holes: int = 0  # cores beside which a codec left holes
+    closed: np.ndarray = field(default_factory=lambda: np.empty(0))  # GROUPs of the last window
     hum: int = 0  # narrow bands, from the lowest up, that octaves should not hear (`hum.py`)
     hum_crest: float = 1.0  # power of its crests over the noise of an octave
 
     def __post_init__(self) -> None:
         scale = self.scale
         self.gains = white_gains(scale)
+        if self.filter is not None:
+            self.gains = self.gains * self.filter.gains(scale.octaves)
         block = BLOCK * scale.hop / self.rate
         self.within, self.nearby = round(WITHIN / block), round(NEARBY / block)
         self.part_bias, self.mean_bias = biases_at(scale, self.rate)
@@ -94,18 +112,58 @@ class Backgrounds:
             means[octaves:], sound[skipped:last], (begins - skipped, ends - skipped),
             self.mean_bias, holes,
         )  # fmt: skip
+        gated = np.zeros(count, np.bool_)
+        self.closed = np.zeros(PER * windows[which].blocks, np.bool_)
+        for k, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+            inside = means[octaves:, begin - skipped : end - skipped]
+            closed = self._open(noise[:, k], windows, inside, begin, end)
+            if closed is not None:
+                gated[k] = True
+                own = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
+                own[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(own)]
         near = np.array([reaching(blocks, first + k, self.within) for k in range(count)])
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
         bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
         self.noise.extend(noise[:octaves].T.copy())
-        self.with_holes += count * holes
-        self.below_step += int(np.count_nonzero(unresolved))
+        loudest = np.broadcast_to(means[narrow:].max(axis=1), (count, len(self.bands.first)))
+        self.narrow.extend(np.stack((noise[narrow:].T, loudest), axis=1))
+        self.with_holes += int(np.count_nonzero(~gated)) * holes
+        self.below_step += sum(
+            on_steps(cores[begin:end]) for begin, end in near[unresolved].tolist()
+        )
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
                 self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
         out = np.empty((len(means), windows[which].blocks))
         background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
         return out
+
+    def _open(
+        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int, end: int
+    ) -> np.ndarray | None:
+        """Make `noise` that behind an open gate. Which GROUPs this attenuates; None without one.
+
+        The noise is read from BLOCKs `begin` to before `end` of the windows, which have these
+        means.
+        """
+        each, octaves = BLOCK // LONG_PART, self.scale.octaves
+        long_parts = _columns([one.long_parts for one in windows], each * begin, each * end)
+        opened = opened_noise(long_parts, noise[:octaves])
+        if not opened:
+            return None
+        noise[:octaves] *= opened
+        each = BLOCK // PART
+        parts = _columns([one.parts for one in windows], each * begin, each * end)
+        closed = closed_in(parts, noise[:octaves], PER * (end - begin))
+        share = 1.0 - closed.reshape(-1, PER).mean(axis=1)
+        heard = share >= LEAST_OPEN
+        if heard.any():
+            whole = np.zeros(1, np.int64), np.array([len(heard)])
+            filled = means / np.maximum(share, LEAST_OPEN)
+            noise[octaves:] = noise_power(filled, heard, whole, self.mean_bias, False)[:, 0]
+        else:
+            noise[octaves:] *= opened
+        return closed
 
     def _hear_hum(self, octaves: np.ndarray, bands: np.ndarray) -> None:
         """Note the hum of a core, given its noise."""
@@ -144,6 +202,15 @@ def cores_of(samples: np.ndarray, hop: int) -> np.ndarray:
     out[:, RESOLUTION] = resolution_of(samples.dtype)
     put_extremes(samples, size, out)
     return out
+
+
+def on_steps(cores: np.ndarray) -> bool:
+    """Whether the samples of some cores are apart by whole steps, as those of a converter are.
+
+    Samples that are no integers have a least difference as well, of which others are no multiples.
+    """
+    span = (cores[:, GREATEST] - cores[:, LEAST]) / cores[:, CONVERTER_STEP].min()
+    return bool((np.abs(span - np.round(span)) < OFF_STEPS).all())
 
 
 def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:

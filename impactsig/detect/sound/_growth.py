@@ -36,8 +36,8 @@ class Growth:
 
     def add(self, sounds: np.ndarray, likely: np.ndarray) -> None:
         """Add the `likely` ones of sounds (n, length); those of hardly any energy do not count."""
-        first = self.before - self.lead
-        self.count += add_powers(sounds, likely, first, self.lead, self.total)
+        first = np.where(likely, self.before - self.lead, -1)
+        self.count += add_powers(sounds, first, self.lead, self.total)
 
     def spread(self) -> float:
         """Standard deviation of the instants that comes of it [samples]."""

@@ -1,4 +1,4 @@
-"""Kernels for `_growth.py`: mean power of sounds about their attacks, and how it grows."""
+"""Kernels for `_growth.py`: mean power of sounds about their beginnings, and how it grows."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ VARIED = 0.5  # standard deviation of the logarithm of the power of sounds at th
 
 
 @fused
-def add_powers(sounds, likely, first, lead, total):
-    """Add the powers of the likely sounds to `total`, each over its energy; returns how many count.
+def add_powers(sounds, first, lead, total):
+    """Add the power of each sound from first[k] on to `total`; returns how many sounds count.
 
-    `total` begins at sample `first` of a sound, whose energy is that `lead` samples later and on.
-    Sounds of no more than the FAINTEST energy do not count.
+    Each is divided by its energy `lead` samples later and on. Sounds that do not hold all that, or
+    of no more than the FAINTEST energy, do not count.
     """
-    count, size = 0, min(len(total), sounds.shape[1] - first)
+    count, size = 0, len(total)
     for k in range(len(sounds)):
-        near = sounds[k, first : first + size]
+        if first[k] < 0 or first[k] + size > sounds.shape[1]:
+            continue
+        near = sounds[k, first[k] : first[k] + size]
         energy = sum_of_squares(near[lead:])
-        if likely[k] and energy > FAINTEST:
+        if energy > FAINTEST:
             count += 1
             weight = 1.0 / energy
             for i in range(size):

@@ -20,6 +20,7 @@ class Levels(NamedTuple):
     means: np.ndarray  # (octaves, low octaves and bands; BLOCKs)
     sound: np.ndarray  # BLOCKs that are not all digital silence
     silent: np.ndarray  # PARTs that are digital silence
+    long_parts: np.ndarray  # (octaves and low octaves, LONG_PARTs)
     steps: tuple[np.ndarray, np.ndarray]  # where it ends and begins (`edge_steps`)
     falls: tuple[int, int, int]  # of bands (`falls_of`)
     cores: np.ndarray  # (cores, columns), as by `cores_of`
@@ -40,10 +41,8 @@ class Powers(NamedTuple):
     known: np.ndarray  # GROUPs whose bands lie in the segment
 
 
-def levels_of(
-    power: Powers, cores: np.ndarray, part: float
-) -> tuple[Levels, np.ndarray, np.ndarray]:
-    """Levels of a window, means of its octaves in LONG_PARTs, and which GROUPs are silent.
+def levels_of(power: Powers, cores: np.ndarray, part: float) -> tuple[Levels, np.ndarray]:
+    """Levels of a window, and which of its GROUPs are silent.
 
     `part` is the duration of a PART [s].
     """
@@ -62,5 +61,5 @@ def levels_of(
         silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
         steps = edge_steps(parts, counted, part)
     falls = falls_of(means[narrow:], sounding)
-    levels = Levels(parts, counted, means, sounding, silent_parts, steps, falls, cores)
-    return levels, long_parts, silent
+    levels = Levels(parts, counted, means, sounding, silent_parts, long_parts, steps, falls, cores)
+    return levels, silent

@@ -8,7 +8,6 @@ in octaves; for every fourth the likelihood of a rise in one octave; and the cre
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass, field
 
@@ -32,8 +31,9 @@ from ._rises import Rises, rises_at
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, frames_above
 from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
+from .powers.closings import octave_weights
+from .powers.filtering import Filter
 from .powers.gate import Gate
-from .powers.hum import filtered
 
 SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
@@ -58,7 +58,8 @@ class Passage:
     height: list[np.ndarray] = field(default_factory=list)  # the rise there
     loud: list[np.ndarray] = field(default_factory=list)  # the loudness after it
     loudness: list[np.ndarray] = field(default_factory=list)  # that after every SAMPLED-th frame
-    silent: list[np.ndarray] = field(default_factory=list)  # GROUPs of frames
+    silent: list[np.ndarray] = field(default_factory=list)  # GROUPs in which a gate is closed
+    digital: list[np.ndarray] = field(default_factory=list)  # those of digital silence
 
 
 @dataclass
@@ -73,7 +74,6 @@ class Slab:
     left: int
     frames: int
     low: np.ndarray  # powers of the octaves below those
-    long_parts: np.ndarray  # (octaves, LONG_PARTs), mean powers of both
     power: np.ndarray  # (bands, GROUPs)
     closes: np.ndarray  # GROUPs where a gate closes
     known: np.ndarray  # those whose windows lie in the segment
@@ -85,12 +85,13 @@ class Slab:
 class Survey:
     """Collects the evidence for impacts, window by window.
 
-    `taps` are those of a filter before the octaves, for records with hum (`powers/hum.py`).
+    `filter` is one before the octaves, for records with hum or ringing (`powers/hum.py`,
+    `powers/ringing.py`).
     """
 
     scale: Scale
     rate: float
-    taps: np.ndarray | None = None
+    filter: Filter | None = None
     bands: Bands = field(init=False)
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
@@ -121,9 +122,9 @@ class Survey:
         self.spectrum = Spectrum(self.bands)
         self.gate = Gate(scale, self.rate, self.bands)
         self.rises = rises_at(scale)
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands)
-        self.spoilt = 0 if self.taps is None else -(-len(self.taps) // (2 * scale.hop))
-        self.weights = octave_weights(scale)
+        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.filter)
+        self.spoilt = 0 if self.filter is None else -(-self.filter.reach // scale.hop)
+        self.weights = octave_weights(scale.octaves)
         count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
         self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
         self.lag = max(round(LAG * self.rate / hop), 1)
@@ -154,6 +155,9 @@ class Survey:
         hop = scale.hop
         core = window.core
         x, valid = window.samples(left * hop, right * hop, hop)
+        before = self.filter
+        if before is not None and before.predicts:
+            x, before = before.of(x), None
         count = -(-len(core) // hop)
         total = len(x) // hop
         power = np.empty((scale.octaves, total))
@@ -172,15 +176,16 @@ class Survey:
         if window.first == 0:
             self.gate.begin()
         x, continued = self.gate.octaves(x, power, real, count)
-        if self.taps is not None:
+        if self.filter is not None:
             real = real[0] + self.spoilt, real[1] - self.spoilt
+        if before is not None:
             power = continued = np.empty_like(power)
-            octave_powers(filtered(x, self.taps), scale.octaves, *self.scratch[:, :half], power)
+            octave_powers(before.of(x), scale.octaves, *self.scratch[:, :half], power)
         fine = self.spectrum.powers(x, left * hop, groups)
         size, known = len(self.bands.window), np.empty(groups, np.bool_)
         put_known(left * hop - size // 2, GROUP * hop, size, valid, known)
         powers = Powers(power, left, real, low_parts, fine, known)
-        levels, long_parts, silent = levels_of(powers, cores, PART * hop / self.rate)
+        levels, silent = levels_of(powers, cores, PART * hop / self.rate)
         last = (len(core) + len(window.after)) // hop - EDGE - scale.forward - self.spoilt
         first = window.first // hop
         return Slab(
@@ -192,7 +197,6 @@ class Survey:
             left,
             count,
             low,
-            long_parts,
             fine,
             self.gate.fill_narrow(fine, left * hop),
             known,
@@ -229,7 +233,8 @@ class Survey:
         rise[: max(first, 0)] = 0.0
         rise[max(last, 0) :] = 0.0
         passage.octaves.append(rise[::SAMPLED].astype(np.float32))
-        passage.silent.append(slab.silent)
+        passage.silent.append(slab.silent | self.backgrounds.closed[: len(slab.silent)])
+        passage.digital.append(slab.silent)
         passage.rises.append(self._rises(slab, background))
         frames = np.arange(0, len(rise), SAMPLED)
         passage.loudness.append(self._loudness(octaves, frames))
@@ -254,12 +259,12 @@ class Survey:
 
     def _rises(self, slab: Slab, background: np.ndarray) -> np.ndarray:
         """H of the slab whose `every` is known, in whole GROUPs."""
-        near = [slab.long_parts]
+        near = [slab.levels.long_parts]
         if slab.first:
-            near.insert(0, self.slabs[self.done - 1].long_parts[:, -LOCAL:])
+            near.insert(0, self.slabs[self.done - 1].levels.long_parts[:, -LOCAL:])
         first = sum(part.shape[1] for part in near[:-1])
         if not slab.last:
-            near.append(self.slabs[self.done + 1].long_parts[:, :LOCAL])
+            near.append(self.slabs[self.done + 1].levels.long_parts[:, :LOCAL])
         parts = np.concatenate(near, axis=1)
         found = self.rises.likelihood(self.every, slab.low, slab.left, parts, first, background)
         out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
@@ -306,10 +311,3 @@ class Survey:
         end = np.arange(slab.frames - 2 * spacing, slab.frames)
         if end[0] >= 0:
             self.tail_loud = self._loudness(background, end)
-
-
-@functools.lru_cache(maxsize=8)
-def octave_weights(scale: Scale) -> np.ndarray:
-    """Weights of the octaves: inverse to the scatter of their rises."""
-    weights = 2.0 ** (-0.5 * np.arange(scale.octaves))
-    return weights / weights.sum()

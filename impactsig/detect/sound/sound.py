@@ -38,7 +38,9 @@ common modes do (`sound/timing/shared_modes.py`). Attacks of sounds that begin g
 the growth of their power (`_growth.py`), or because low frequencies, which neither attacks nor
 modes use, begin before them (`_beginnings.py`).
 
-Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`).
+Where hum leaks into the octaves, they are read behind a high-pass filter (`powers/hum.py`). Where
+sound still rings when the next impact comes, all statistics are those of the residual of linear
+prediction (`powers/ringing.py`).
 
 There are two passes over the record: `_survey.py` collects B and the crests of C, about a hundredth
 of the record; then `_attacks.py` times the attacks of those that `_choosing.py` keeps. Results do
@@ -62,15 +64,16 @@ from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
 from ._core_kernels import GREATEST, LEAST
 from ._cores import cores_of, window_size
-from ._kernels import Scale
+from ._kernels import GROUP, Scale
 from ._memory import keep_memory
 from ._nearby import middles
 from ._scale import scale_at
 from ._survey import Survey
 from ._windows import windows
-from .deciding.doubt import Doubt
+from .deciding.doubt import EVEN, Doubt
 from .deciding.notes import (
     click_notes,
+    closing_notes,
     codec_notes,
     converter_notes,
     crowd_notes,
@@ -79,8 +82,11 @@ from .deciding.notes import (
     swell_notes,
     voice_notes,
 )
+from .powers.filtering import Filter
 from .powers.hum import high_pass
+from .powers.ringing import OFTEN, lasting, predictable, prediction
 
+SHORTEST = 10e-3  # [s], of a record that may have an impact
 FAR_FROM_1 = 200  # powers of 2, beyond which fourth powers of samples are no numbers
 
 
@@ -163,23 +169,41 @@ class Surveyed(NamedTuple):
 
 
 def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
-    """Go through the record for the first time; twice if there is hum to be filtered out."""
+    """Go through the record for the first time; twice if hum or ringing is to be filtered out."""
     gathered = surveyed_through(None, pieces, rate, scale)
-    survey = gathered.survey
-    gated = any(part.any() for passage in survey.passages for part in passage.silent)
-    if not survey.backgrounds.hum or gated:  # silence would no longer be silent
+    survey, backgrounds = gathered.survey, gathered.survey.backgrounds
+    if any(part.any() for passage in survey.passages for part in passage.digital):
+        return gathered  # silence would no longer be silent
+    before = None
+    if backgrounds.hum:
+        before = high_pass(scale, rate, survey.bands, backgrounds.hum)
+    modes = 0.0
+    if predictable(np.array(backgrounds.narrow), rate, scale):
+        modes = lasting(windows(pieces(), window_size(scale)), rate, scale)
+    if modes and rate_of(survey) < OFTEN:
+        again = windows(pieces(), window_size(scale))
+        before = prediction(again, rate, scale, before, modes)
+    if before is None:
         return gathered
-    taps = high_pass(scale, rate, survey.bands, survey.backgrounds.hum)
-    gathered = surveyed_through(taps, pieces, rate, scale)
-    gathered.survey.hum_crest = math.log(survey.backgrounds.hum_crest)
+    gathered = surveyed_through(before, pieces, rate, scale)
+    gathered.survey.hum_crest = math.inf if before.predicts else math.log(backgrounds.hum_crest)
     return gathered
 
 
+def rate_of(survey: Survey) -> float:
+    """Impacts a second that the first pass shows."""
+    chosen, _, _ = choose(survey, EVEN, Doubt())
+    frames = sum(sum(len(part) for part in one.bands) for one in survey.passages) * GROUP
+    return (
+        sum(len(one.frame) for one in chosen.values()) * survey.rate / (frames * survey.scale.hop)
+    )
+
+
 def surveyed_through(
-    taps: np.ndarray | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
+    before: Filter | None, pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale
 ) -> Surveyed:
-    """Go through the record, with a filter before the octaves if there are `taps`."""
-    survey = Survey(scale, rate, taps)
+    """Go through the record, with a filter before the octaves if there is one."""
+    survey = Survey(scale, rate, before)
     samples, limits = 0, Limits()
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
@@ -228,6 +252,11 @@ def search(
             "the power rises nowhere as it does at an impact: the likeliest one has a "
             f"probability of {likely.max() if len(likely) else likeliest:.2g}"
         )
+        if samples <= SHORTEST * rate:
+            reason = (
+                f"the record lasts {1e3 * samples / rate:.3g} ms, and an impact needs 4 ms before "
+                "it and 6 ms after it"
+            )
     kept = distinct(instant, likely)
     kept = kept[heard[kept] & ~clicks[kept] & enough[kept]]
     found = SoundImpacts(
@@ -240,9 +269,10 @@ def search(
         float(alike[kept].mean()) if len(kept) else 0.0,
         reason,
         (
-            *(converter_notes(survey) or limits.notes()),
+            *((not limits.two_valued and converter_notes(survey)) or limits.notes()),
             *codec_notes(survey),
             *gate_notes(survey, samples),
+            *closing_notes(survey, samples),
             *voice_notes(left_out.pulses),
             *swell_notes(int(np.count_nonzero(swells))),
             *crowd_notes(left_out.crowded, int(np.count_nonzero(enough))),

@@ -88,11 +88,28 @@ def codec_notes(survey: Survey) -> tuple[str, ...]:
     )
 
 
+def closing_notes(survey: Survey, samples: int) -> tuple[str, ...]:
+    """A note if a gate attenuates much of the record, but not to zero."""
+    closed = sum(
+        int(np.count_nonzero(silent & ~digital))
+        for passage in survey.passages
+        for silent, digital in zip(passage.silent, passage.digital, strict=True)
+    )
+    share = closed * GROUP * survey.scale.hop / samples
+    if share < GATED:
+        return ()
+    return (
+        f"In {share:.0%} of the record the noise is lowered, and returns at once, as a noise gate "
+        "or noise suppression lowers it: impacts softer than its threshold are lost, and some that "
+        "are found may be sounds in whose midst it opens. Record without it.",
+    )
+
+
 def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if much of the record is repeated digital silence."""
     if survey.backgrounds.unresolved:
         return ()
-    silent = [np.concatenate(passage.silent) for passage in survey.passages]
+    silent = [np.concatenate(passage.digital) for passage in survey.passages]
     count = sum(int(np.count_nonzero(part)) for part in silent)
     share = count * GROUP * survey.scale.hop / samples
     if share < GATED:

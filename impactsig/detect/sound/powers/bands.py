@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._spectrum_kernels import LANES, add_powers, order_after, radices_of, to_single, turns
+from ._radix_kernels import LANES, order_after, radices_of, turns
+from ._spectrum_kernels import band_powers, to_single
 
 WINDOW = 23.2e-3  # [s]
 PER_OCTAVE = 24
@@ -119,7 +120,7 @@ class Spectrum:
         single = self._single[:whole]
         scale = to_single(used, FAINTEST, single)
         power = np.empty((len(bands.first), frames))
-        add_powers(
+        band_powers(
             single, bands.hop, bands.window, *bands.transform, self._columns, self._rows,
             self._square, scale**2, bands.first, bands.width, bands.weights, power,
         )  # fmt: skip

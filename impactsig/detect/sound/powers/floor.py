@@ -8,7 +8,7 @@ With M the mean powers of groups of frames,
 where n is the degrees of freedom of M: in Gaussian noise N is its power (Wilson and Hilferty). The
 second bound says that 40 dB below the strongest sound nearby nothing counts. Digital silence is no
 background: groups that it touches are left out of the quantile, as is what fades into it
-(`fades.py`) and holes of codecs (`holes.py`).
+(`fades.py`), what a gate attenuates (`closings.py`) and holes of codecs (`holes.py`).
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ import numpy as np
 from .._kernels import EDGE, Scale, octave_powers
 from .band_kernels import TIMES_BACKGROUND
 from .bands import Bands, bands_at
+from .filtering import Filter
 
 CRESTS = 4.0  # times its mean: power of hum at the crests of its waveform
 PULSES = 1.25  # times the mean in noise: power within the octaves that is not steady
@@ -87,7 +88,7 @@ def hum_bands(octaves: np.ndarray, bands: np.ndarray, crests: np.ndarray, below:
     return int(np.count_nonzero(above > HEARD * level[:, None], axis=1).max())
 
 
-def high_pass(scale: Scale, rate: float, bands: Bands, stopped: int) -> np.ndarray:
+def high_pass(scale: Scale, rate: float, bands: Bands, stopped: int) -> Filter:
     """Symmetric filter that passes the octaves and stops so many narrow bands."""
     from scipy import signal
 
@@ -95,12 +96,4 @@ def high_pass(scale: Scale, rate: float, bands: Bands, stopped: int) -> np.ndarr
     stop = min(float(centres(bands)[stopped - 1]), passed - NARROWEST / rate)
     count, beta = signal.kaiserord(STOPPED, 2.0 * (passed - stop))
     taps = signal.firwin(count | 1, passed + stop, window=("kaiser", beta), pass_zero=False)
-    return np.asarray(taps)
-
-
-def filtered(x: np.ndarray, taps: np.ndarray) -> np.ndarray:
-    """Samples behind a symmetric filter, as if the first and the last of them went on."""
-    from scipy import signal
-
-    half = len(taps) // 2
-    return np.asarray(signal.oaconvolve(np.pad(x.astype(float), half, "edge"), taps, mode="valid"))
+    return Filter(taps, len(taps) // 2)

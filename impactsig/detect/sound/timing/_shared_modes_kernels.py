@@ -152,22 +152,6 @@ def abruptness(waves, split, lag, slope, count, out):
 
 
 @fused
-def add_powers(sounds, first, total):
-    """Add the power of each sound over its energy from first[i] on; how many hold all that."""
-    count = 0
-    for i in range(len(sounds)):
-        if first[i] < 0 or first[i] + len(total) > sounds.shape[1]:
-            continue
-        part = sounds[i, first[i] : first[i] + len(total)]
-        energy = sum_of_squares(part)
-        scale = 1.0 / energy if energy > FAINTEST else 1.0
-        for k in range(len(total)):
-            total[k] += scale * (part[k] * part[k])
-        count += 1
-    return count
-
-
-@fused
 def shift_each(crossed, latency, spread, fits, strange, wider, attack, out):
     """Shift of each sound from `attack`, and its standard error.
 

@@ -24,7 +24,9 @@ def noise_gain(laying: Laying, shifts: np.ndarray, sounds: np.ndarray) -> tuple[
     wave = shifts[ROWS // 2]
     quiet = sounds[:, : laying.lengths.first - laying.lengths.far]
     count = quiet.shape[1]
-    alike = [np.mean(quiet[:, lag:] * quiet[:, : count - lag]) for lag in range(count // 2)]
+    power = np.abs(np.fft.rfft(quiet, 2 * count)) ** 2
+    pairs = len(quiet) * np.arange(count, count - count // 2, -1)
+    alike = np.fft.irfft(power.sum(axis=0))[: count // 2] / pairs
     return _variance(by_sample, alike), _variance(laying.taper * wave, alike, white=True)
 
 
@@ -91,14 +93,14 @@ def _by_sample(laying: Laying, shifts: np.ndarray) -> np.ndarray:
     return np.asarray(laying.weight * (tt * slope - ts * wave) / (tt * ss - ts * ts))
 
 
-def _variance(weights: np.ndarray, covariance: list, white: bool = False) -> float:
+def _variance(weights: np.ndarray, covariance: np.ndarray, white: bool = False) -> float:
     """Variance of a weighted sum of coloured noise, scaled to unit power."""
     of_white = float(np.sum(weights**2))
     if not covariance[0] > 0.0:
         return 1.0 if white else of_white
-    total = -covariance[0] * of_white
-    for lag, value in enumerate(covariance[: len(weights)]):
-        total += 2.0 * value * float(np.sum(weights[lag:] * weights[: len(weights) - lag]))
+    products = np.correlate(weights, weights, "full")[len(weights) - 1 :]
+    lags = min(len(weights), len(covariance))
+    total = 2.0 * float(covariance[:lags] @ products[:lags]) - covariance[0] * of_white
     colour = max(float(total / (covariance[0] * of_white)), LEAST_COLOUR)
     return colour if white else colour * of_white
 

@@ -19,10 +19,12 @@ from ._alike_kernels import ROWS, mean_wave, shift_wave
 from ._shift_errors import beyond, is_one_mode, lever_of, misfit_of, noise_gain, slope_of
 from .laying import Laying, are_alike
 
+FEW = 16  # sounds, of which no part tells surely
 LEADERS = 8  # of the impacts that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 PARTS = (0, 8), (4, 8), (1, 4), (2, 4), (3, 4)  # first and stride of sounds laid side by side
+WHOLE = ((0, 1),)  # all at once
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
 SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
 PASSES = 3  # over the impacts learned from
@@ -114,7 +116,7 @@ def _lay_if_alike(
     """The result of `Laying.over`; None as soon as too few can be alike, or agree with attacks."""
     spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
     agreeing, known = 0, 0
-    for part in PARTS:
+    for part in PARTS if len(sounds) > FEW else WHOLE:
         some = slice(part[0], None, part[1])
         anywhere = np.tile((0.0, np.inf), (len(laid[some]), 1))
         laid[some] = laying.over(np.ascontiguousarray(sounds[some]), anywhere, shifts, 0.0, 1.0)

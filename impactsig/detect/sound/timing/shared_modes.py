@@ -33,7 +33,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
-from .._growth_kernels import spread_of
+from .._growth_kernels import add_powers, spread_of
 from .._nearby import middle
 from ._edge import high_pass, whitening
 from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
@@ -42,7 +42,6 @@ from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
 from ._shared_modes_kernels import (
     NEAR_TAPS,
     abruptness,
-    add_powers,
     crossings,
     gather,
     high_passed,
@@ -238,7 +237,7 @@ class SharedModes:
         before, after = (round(t * self.rate) for t in ABOUT)
         first = np.rint(np.where(np.isfinite(instant), instant, -1.0)).astype(int) - before
         total = np.zeros(before + after)
-        if add_powers(plain, first, total) < LEAST:
+        if add_powers(plain, first, 0, total) < LEAST:
             return 0.0
         return math.sqrt(max(spread_of(total, before, self.rate) ** 2 - RISE**2, 0.0))
 
