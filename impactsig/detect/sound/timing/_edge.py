@@ -6,9 +6,9 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     e sinc(e u) cos^2(pi u / 48),  |u| < 24        a cliff at e times half the rate,
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
-the Chebyshev filter of `scipy.signal.decimate` forward and backward, or forward alone, which does
-not ring before an impact, or none: samples of the sound itself. `columns_of` gives a mode with an
-abrupt start behind each of them.
+the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
+itself. Three more do not ring before an impact. `columns_of` gives a mode with an abrupt start
+behind each of them.
 """
 
 from __future__ import annotations
@@ -60,15 +60,22 @@ def _chebyshev_sections() -> np.ndarray:
 
 
 @functools.cache
-def causal() -> np.ndarray:
-    """The response of `scipy.signal.decimate` forward alone, its greatest value at 0."""
+def causal() -> tuple[np.ndarray, ...]:
+    """Responses that do not ring before an impact, the greatest value of each at 0.
+
+    That of `scipy.signal.decimate` forward alone, and those of a wider and of a gentler filter.
+    """
     from scipy import signal
 
-    impulse = np.zeros(3 * REACH * PER_SAMPLE)
-    impulse[REACH * PER_SAMPLE] = PER_SAMPLE
-    response = signal.sosfilt(_chebyshev_sections(), impulse)
-    greatest = int(np.argmax(response))
-    return np.asarray(response[greatest - REACH * PER_SAMPLE : greatest + REACH * PER_SAMPLE + 1])
+    wider = signal.cheby1(8, 0.05, 0.9 / PER_SAMPLE, output="sos")
+    gentler = signal.butter(4, 0.75 / PER_SAMPLE, output="sos")
+    impulse, found = np.zeros(3 * REACH * PER_SAMPLE), []
+    impulse[0] = PER_SAMPLE
+    for sections in (_chebyshev_sections(), wider, gentler):
+        response = signal.sosfilt(sections, impulse)
+        before = REACH * PER_SAMPLE - int(np.argmax(response))
+        found.append(np.concatenate((np.zeros(before), response))[: len(_places(REACH))])
+    return tuple(found)
 
 
 @functools.cache

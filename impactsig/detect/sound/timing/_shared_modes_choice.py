@@ -122,7 +122,7 @@ def _most_probable(
 
     An impulse as strong as it may be stands for something else: for the start of a strong mode
     below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
-    impact. Then a mode of a low frequency, which may be any, and a causal filter are tried.
+    impact. Then a mode of a low frequency, which may be any, and causal filters are tried.
     """
     widest, slope, *narrower = responses()
     tried = [(model, widest, choices[0])]
@@ -163,11 +163,12 @@ def _most_probable(
     frequency, decay = LOW
     low = (2j * np.pi * frequency - 1.0 / decay) / rate
     best = max(best, learned(np.append(low, exponents), response, best.evidence), key=_evidence)
-    for exponents in (*choices, *folded):
-        other = learned(exponents, causal(), best.evidence)
-        best = max(best, other, key=_evidence)
-        if other.evidence < best.evidence - CERTAIN:
-            break
+    for response in causal():
+        for exponents in (*choices, *folded):
+            other = learned(exponents, response, best.evidence)
+            best = max(best, other, key=_evidence)
+            if other.evidence < best.evidence - CERTAIN:
+                break
     return best
 
 
