@@ -71,11 +71,12 @@ def struck(
     return x + noise * coloured(rng, len(x), rate), time
 
 
-def measured(rate: int, *about) -> tuple[float, float, float]:
+def measured(
+    x: np.ndarray, rate: int, time: np.ndarray, tolerance: float = TOLERANCE
+) -> tuple[float, float, float]:
     """F1, scatter of the instants [s], and their RMS in standard errors."""
-    x, time = struck(rate, *about)
     found = detect_impacts(Recording(x, rate, sensor="sound"))
-    f1, _, pairs = score(found.time, time, TOLERANCE)
+    f1, _, pairs = score(found.time, time, tolerance)
     if not len(pairs):
         return f1, np.nan, np.nan
     off = found.time[pairs[:, 0]] - time[pairs[:, 1]]
@@ -92,9 +93,8 @@ def main() -> None:
     print("every [s], decays [s], rate [Hz]: F1 of 2, 6, 12 modes; scatter [us], errors / stated")
     for every, decays in STRIKES:
         for rate in RATES:
-            rows = np.array(
-                [[measured(rate, modes, every, decays, seed) for seed in seeds] for modes in MODES]
-            )
+            made = [[struck(rate, modes, every, decays, seed) for seed in seeds] for modes in MODES]
+            rows = np.array([[measured(x, rate, time) for x, time in row] for row in made])
             f1 = ", ".join(f"{value:.2f}" for value in rows[:, :, 0].mean(axis=1))
             scatter, z = np.nanmedian(rows[:, :, 1:], axis=(0, 1))
             print(f"{every}, {decays}, {rate}: {f1}; {1e6 * scatter:.0f}, {z:.1f}", flush=True)

@@ -45,9 +45,9 @@ def test_crossings_time_what_does_not_begin_abruptly(monkeypatch, rate, abrupt, 
 
 @pytest.mark.parametrize(("beside", "colour"), [(0.4, 1.0 + 1.6 / 3.0), (-0.5, 1 / 3), (-0.7, 0.1)])
 def test_coloured_noise_makes_a_shift_no_surer_than_by_a_tenth(beside, colour):
-    weights = np.ones(3)
-    assert _variance(weights, [2.0, 2.0 * beside], white=True) == pytest.approx(colour)
-    assert _variance(weights, [2.0, 2.0 * beside]) == pytest.approx(3.0 * colour)
+    weights, covariance = np.ones(3), np.array([2.0, 2.0 * beside])
+    assert _variance(weights, covariance, white=True) == pytest.approx(colour)
+    assert _variance(weights, covariance) == pytest.approx(3.0 * colour)
 
 
 @pytest.mark.parametrize(

@@ -54,17 +54,17 @@ def test_the_filter_stops_what_it_must_and_passes_the_octaves(rate):
     scale = scale_at(rate)
     bands = bands_at(rate, 16 * scale.hop)
     stopped = int(np.count_nonzero(centres(bands) < 500.0 / rate))
-    taps = high_pass(scale, rate, bands, stopped)
-    np.testing.assert_array_equal(taps.taps, taps.taps[::-1])
-    half = taps.delay
+    stop = high_pass(scale, rate, bands, stopped)
+    np.testing.assert_array_equal(stop.taps, stop.taps[::-1])
+    half = stop.delay
     for frequency, gain in ((200.0, 0.0), (450.0, 0.0), (1.02 * lowest(scale) * rate, 1.0)):
         tone = np.cos(2 * np.pi * frequency * np.arange(8 * half) / rate)
-        inside = taps.of(tone)[half:-half]
+        inside = stop.of(tone)[half:-half]
         np.testing.assert_allclose(inside, gain * tone[half:-half], atol=1e-4)
 
 
 def test_an_offset_is_filtered_out_to_the_ends_of_a_record():
     scale = scale_at(8000.0)
     bands = bands_at(8000.0, scale.hop)
-    taps = high_pass(scale, 8000.0, bands, 5)
-    assert np.abs(taps.of(np.full(3000, 5.0))).max() < 1e-3
+    stop = high_pass(scale, 8000.0, bands, 5)
+    assert np.abs(stop.of(np.full(3000, 5.0))).max() < 1e-3

@@ -82,22 +82,23 @@ class Attacks:
     ) -> None:
         scale, rate = survey.scale, survey.rate
         self.chosen, self.limits, self.scale, self.rate = chosen, limits, scale, rate
-        self.filter = survey.filter
         # Innovations hear hum by the square of their lag, but a filter rings before loud impacts.
         loud = 4.0 * math.log(scale.short_lag * LAG_RATES[0] / rate)
         clear = survey.hum_crest + CLEAR_OF_HUM + loud
-        if self.filter is not None and loudness_of(survey, chosen) > clear:
-            self.filter = None
+        before = survey.filter
+        predicts = before is not None and before.predicts
+        if not predicts and before is not None and loudness_of(survey, chosen) > clear:
+            before = None
+        self.filter = before
         # What is left of ringing shows where it begins, but not its modes; of few, any phase.
-        self.predicted = self.filter is not None and self.filter.predicts
-        self.comparable = self.filter is None or self.filter.modes > FEW_MODES
+        self.comparable = before is None or before.modes > FEW_MODES
         self.more = math.ceil(BESIDE * rate / scale.hop) + survey.spoilt
         self.size = window_size(scale) // scale.hop  # frames of a window
         self.crowded = {at: crowds(one.frame * (scale.hop / rate)) for at, one in chosen.items()}
         self.lengths = sound_lengths(rate, scale)
         self.modes = SharedModes(rate, scale.short_lag, scale.slope)
-        self.overlay = Overlay(self.lengths, unknown if self.predicted else self.modes.last)
-        self.heard = Heard(self.lengths, limits, scale)
+        self.overlay = Overlay(self.lengths, unknown if predicts else self.modes.last)
+        self.heard = Heard(self.lengths, limits, scale) if predicts else None
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
         self.overload = Overload(limits, survey.spectrum, scale, rate)
@@ -126,19 +127,19 @@ class Attacks:
             crests = np.empty((len(places), 2))
             crests_after(raw, at, self.limits, scale, crests)
             attack[:, 2] = crests[:, 1]
-            if self.predicted:
+            if self.heard is not None:
                 attack[:, 1] = crests[:, 0]
         lone_samples(raw, at, round(CLICK * rate), scale.reach, lone)
         self.beside.add(x, at, self.crowded[window.segment][here])
         gradual = np.isfinite(passage.steady[here]) & self.far_beside.within(x, at)
         self.far_beside.add(x, at, gradual)
         self.overload.add(raw, at, passage.may_be_edge[here])
-        if not self.predicted:
+        if self.heard is None:
             self.modes.add(x, at)
+        else:
+            self.heard.add(raw, places, at)
         if self.comparable:
             self.overlay.add(sounds, np.sqrt(attack[:, 3]))
-        if self.predicted:
-            self.heard.add(raw, places, at)
         self.growth.add(sounds, passage.probability[here] >= EVEN)
         self.beginnings.add(x, at)
         attack[:, 0] += window.segment + window.first - core
@@ -167,10 +168,10 @@ class Attacks:
         `likely` are the probabilities of impacts.
         """
         attack, reach = measured.attack, self.scale.reach
-        count = len(measured.attack)
-        by_modes = unknown(count) if self.predicted else self.modes.timing()
+        count = len(attack)
+        by_modes = self.modes.timing() if self.heard is None else unknown(count)
         by_wave, wave_error = self.overlay.timing() if self.comparable else unknown(count)
-        if self.predicted:
+        if self.heard is not None:
             heard = self.heard.timing(np.sqrt(attack[:, 3]))
             if np.isfinite(heard.shift).any():
                 by_wave, wave_error = heard

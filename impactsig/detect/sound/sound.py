@@ -186,7 +186,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     if before is None:
         return gathered
     gathered = surveyed_through(before, pieces, rate, scale)
-    gathered.survey.hum_crest = math.inf if before.predicts else math.log(backgrounds.hum_crest)
+    gathered.survey.hum_crest = math.log(backgrounds.hum_crest)
     return gathered
 
 

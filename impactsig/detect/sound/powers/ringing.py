@@ -44,7 +44,7 @@ OFTEN = 30.0  # [1/s], impacts that leave no time to ring
 PAST = 6e-3  # [s] that is predicted from
 SHORT, APART = 0.1, 0.34  # [s], frames that tell whether sound rings, and between these
 LONG = 0.2  # [s], frames that lines are narrow enough in to be predicted
-LINE, ABOVE = 2.0, 3.0  # coefficients of a line in these, and times the noise that it exceeds
+LINE, ABOVE = 2.0, 3.0  # coefficients of a line, and times the noise that it exceeds
 LEAST = 1e-9  # of the power, white noise that is added for the equations to have a solution
 
 
