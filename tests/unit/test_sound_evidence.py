@@ -64,10 +64,10 @@ def rises(seed, pace, *, bands=0.02, mean=1.0, spread=0.7, rattle=1.0, pulses=0,
 def passage_of(c, loud, b, likelihood, h, growth, known):
     place = naive_sound.crests(c, SCALE.spacing)
     place = place[c[place] >= 0.5 * SPREAD]
-    none = np.zeros(len(b))
+    none = np.zeros(len(b), np.bool_)
     return Passage(
-        0, [c[::SAMPLED]], [b], [likelihood], [h], [growth], [known], [place], [c[place]],
-        [loud[place]], [loud[::SAMPLED]], [none > 0.0],
+        0, c[::SAMPLED], b, likelihood, h, growth, known, place, c[place],
+        loud[place], loud[::SAMPLED], none, none,
     )  # fmt: skip
 
 

@@ -46,7 +46,7 @@ def choose(survey: Survey, least: float, doubt: Doubt) -> tuple[dict[int, Chosen
     every = [candidates(one, survey.spread, survey.scale, rate) for one in survey.passages]
     for found in every:
         doubt.add(found.probability, found.odds)
-    groups = sum(len(part) for passage in survey.passages for part in passage.bands)
+    groups = sum(len(passage.bands) for passage in survey.passages)
     seconds = groups * GROUP * survey.scale.hop / rate
     every = [
         found._replace(odds=calibrated(found.odds, doubt, seconds, survey.spread))
@@ -74,7 +74,7 @@ def loudness_of(survey: Survey, chosen: dict[int, Chosen]) -> float:
     every = [np.zeros(0)]
     for passage in survey.passages:
         if passage.segment in chosen:
-            place, loud = np.concatenate(passage.place), np.concatenate(passage.loud)
-            every.append(loud[np.isin(place, chosen[passage.segment].frame)])
+            at_crests = np.isin(passage.place, chosen[passage.segment].frame)
+            every.append(passage.loud[at_crests])
     values = np.concatenate(every)
     return middle(values) if len(values) else 0.0

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,23 +44,30 @@ LOW = 200.0  # [Hz], below which a rise in one narrow band is not significant
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 
-@dataclass
-class Passage:
-    """Results for a stretch of the record without gaps."""
+class Passage(NamedTuple):
+    """Results for a stretch of the record without gaps, or for a slab of it."""
 
     segment: int  # its first sample
-    octaves: list[np.ndarray] = field(default_factory=list)  # rise, of every SAMPLED-th frame
-    bands: list[np.ndarray] = field(default_factory=list)  # rise, of every GROUP-th frame
-    likelihood: list[np.ndarray] = field(default_factory=list)  # of a rise in one of these bands
-    rises: list[np.ndarray] = field(default_factory=list)  # likelihood of one, every STEP-th frame
-    growth: list[np.ndarray] = field(default_factory=list)  # of risen bands, LATER [neper]; or 0
-    known: list[np.ndarray] = field(default_factory=list)  # where these are; not at both ends
-    place: list[np.ndarray] = field(default_factory=list)  # frames of the crests in octaves
-    height: list[np.ndarray] = field(default_factory=list)  # the rise there
-    loud: list[np.ndarray] = field(default_factory=list)  # the loudness after it
-    loudness: list[np.ndarray] = field(default_factory=list)  # that after every SAMPLED-th frame
-    silent: list[np.ndarray] = field(default_factory=list)  # GROUPs in which a gate is closed
-    digital: list[np.ndarray] = field(default_factory=list)  # those of digital silence
+    octaves: np.ndarray  # rise, of every SAMPLED-th frame
+    bands: np.ndarray  # rise, of every GROUP-th frame
+    likelihood: np.ndarray  # of a rise in one of these bands
+    rises: np.ndarray  # likelihood of one in an octave, of every STEP-th frame
+    growth: np.ndarray  # of risen bands, LATER [neper]; or 0
+    known: np.ndarray  # where these are; not at both ends
+    place: np.ndarray  # frames of the crests in octaves
+    height: np.ndarray  # the rise there
+    loud: np.ndarray  # the loudness after it
+    loudness: np.ndarray  # that after every SAMPLED-th frame
+    silent: np.ndarray  # GROUPs in which a gate is closed
+    digital: np.ndarray  # those of digital silence
+
+
+def joined(slabs: list[Passage]) -> Passage:
+    """The results for a stretch from those for its slabs."""
+    if len(slabs) == 1:
+        return slabs[0]
+    columns = zip(*(slab[1:] for slab in slabs), strict=True)
+    return Passage(slabs[0].segment, *(np.concatenate(column) for column in columns))
 
 
 @dataclass
@@ -106,6 +114,7 @@ class Survey:
     begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
+    parts: list[Passage] = field(default_factory=list)  # of the next one
     slabs: list[Slab] = field(default_factory=list)
     done: int = 0  # of the slabs
     tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
@@ -217,10 +226,9 @@ class Survey:
             self.after = np.empty((self.scale.octaves, slab.frames))
             self.every = np.empty((2, self.scale.octaves, -(-slab.frames // STEP)))
         if slab.first == 0:
-            self.passages.append(Passage(slab.segment))
             self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
             self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
-        passage, spacing = self.passages[-1], self.scale.spacing
+        spacing = self.scale.spacing
         near = np.empty(2 * spacing + slab.frames + spacing * slab.last)
         near[: 2 * spacing] = self.tail
         near[2 * spacing + slab.frames :] = 0.0
@@ -232,13 +240,7 @@ class Survey:
         first, last = slab.telling
         rise[: max(first, 0)] = 0.0
         rise[max(last, 0) :] = 0.0
-        passage.octaves.append(rise[::SAMPLED].astype(np.float32))
-        passage.silent.append(slab.silent | self.backgrounds.closed[: len(slab.silent)])
-        passage.digital.append(slab.silent)
-        passage.rises.append(self._rises(slab, background))
         frames = np.arange(0, len(rise), SAMPLED)
-        passage.loudness.append(self._loudness(octaves, frames))
-        self._keep_crests(passage, near, slab, octaves)
         finer = np.empty((2, slab.power.shape[1]))
         band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
         if slab.first == 0:
@@ -246,10 +248,22 @@ class Survey:
         lost = slab.closes | ~slab.known
         if lost.any():
             finer[:, lost] = 0.0
-        passage.bands.append(finer[0])
-        passage.likelihood.append(finer[1])
-        passage.growth.append(self._growth(slab, bands, finer))
-        passage.known.append(slab.known)
+        found = Passage(
+            slab.segment,
+            rise[::SAMPLED].astype(np.float32),
+            *finer,
+            self._rises(slab, background),
+            self._growth(slab, bands, finer),
+            slab.known,
+            *self._crests(near, slab, octaves),
+            self._loudness(octaves, frames),
+            slab.silent | self.backgrounds.closed[: len(slab.silent)],
+            slab.silent,
+        )
+        self.parts.append(found)
+        if slab.last:
+            self.passages.append(joined(self.parts))
+            self.parts = []
         self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer
         slab.octaves = slab.low = slab.power = np.empty((0, 0))  # most of the memory
         self.done += 1
@@ -293,21 +307,19 @@ class Survey:
         loudness(self.after, background, self.weights, frames, out)
         return out
 
-    def _keep_crests(
-        self, passage: Passage, rise: np.ndarray, slab: Slab, background: np.ndarray
-    ) -> None:
-        """Keep the crests of the rise, which begins two spacings before the slab."""
+    def _crests(
+        self, rise: np.ndarray, slab: Slab, background: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Frames, rise and loudness of the crests of what begins two spacings before the slab."""
         spacing = self.scale.spacing
         found = np.empty(len(rise) // (spacing + 1) + 1, np.int64)
         n = crests(rise, spacing, LEAST * self.spread, spacing, len(rise) - spacing, found)
         found = found[:n]
         frames = found - 2 * spacing
-        passage.place.append(frames + slab.first)
-        passage.height.append(rise[found])
         earlier = int(frames.searchsorted(0))
         loud = self.tail_loud[found[:earlier]], self._loudness(background, frames[earlier:])
-        passage.loud.append(np.concatenate(loud))
         self.tail = rise[-2 * spacing :]
         end = np.arange(slab.frames - 2 * spacing, slab.frames)
         if end[0] >= 0:
             self.tail_loud = self._loudness(background, end)
+        return frames + slab.first, rise[found], np.concatenate(loud)

@@ -172,7 +172,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
     """Go through the record for the first time; twice if hum or ringing is to be filtered out."""
     gathered = surveyed_through(None, pieces, rate, scale)
     survey, backgrounds = gathered.survey, gathered.survey.backgrounds
-    if any(part.any() for passage in survey.passages for part in passage.digital):
+    if any(passage.digital.any() for passage in survey.passages):
         return gathered  # silence would no longer be silent
     before = None
     if backgrounds.hum:
@@ -193,7 +193,7 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
 def rate_of(survey: Survey) -> float:
     """Impacts a second that the first pass shows."""
     chosen, _, _ = choose(survey, EVEN, Doubt())
-    frames = sum(sum(len(part) for part in one.bands) for one in survey.passages) * GROUP
+    frames = sum(len(one.bands) for one in survey.passages) * GROUP
     return (
         sum(len(one.frame) for one in chosen.values()) * survey.rate / (frames * survey.scale.hop)
     )

@@ -62,7 +62,7 @@ def rattling(passage: Passage, seconds: float) -> np.ndarray:
 
     Digital silence is left out: it says nothing of how the rest rattles.
     """
-    rise, silent = np.concatenate(passage.octaves), np.concatenate(passage.silent)
+    rise, silent = passage.octaves, passage.silent
     per = BLOCK // SAMPLED
     reach = round(NEARBY / (BLOCK * seconds))
     block = np.arange(len(rise) // per + 1)

@@ -93,11 +93,9 @@ def with_rises(
 
     `rattle` is R / a of each BLOCK; `clear` is the C of a rise that needs no other evidence.
     """
-    h = np.concatenate(passage.rises)
-    silent = np.concatenate(passage.silent)
-    known = np.concatenate(passage.known)
-    if silent.any():
-        known &= ~greatest_within(silent, BESIDE_SILENCE)
+    h, known = passage.rises, passage.known
+    if passage.silent.any():
+        known = known & ~greatest_within(passage.silent, BESIDE_SILENCE)
     beside = nearest_group(found.frame, len(b))
     bands, crest = greatest_within(b, 2), high_crests(h, seconds)
     vague = (bands[beside] >= FEEBLE) & ~at_crests(found.frame, crests, audible)

@@ -31,8 +31,8 @@ ENOUGH = 3  # tails
 
 def beyond_tails(passage: Passage, place: np.ndarray, seconds: float) -> np.ndarray:
     """Excess of each crest over the tails of those before it [neper]."""
-    loud = np.concatenate(passage.loud)
-    rate = decay_rate(place, loud, np.concatenate(passage.loudness), seconds)
+    loud = passage.loud
+    rate = decay_rate(place, loud, passage.loudness, seconds)
     if not len(place) or not math.isfinite(rate):
         return np.full(len(place), np.inf)
     undecayed = loud + rate * seconds * place

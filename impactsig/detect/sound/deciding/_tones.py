@@ -63,7 +63,7 @@ def with_tones(
     A low tone replaces all less likely candidates near it.
     """
     per = GROUP * seconds
-    g = np.where(np.concatenate(passage.known), np.concatenate(passage.likelihood), 0.0)
+    g = np.where(passage.known, passage.likelihood, 0.0)
     crest = separate_crests(g, round(APART / per))
     weak = crest[(g[crest] > SWELLING) & (g[crest] <= FAINTEST)]
     crest = crest[g[crest] > FAINTEST]
@@ -77,7 +77,7 @@ def with_tones(
     crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
     if not len(crest):
         return found
-    sounding = ~np.concatenate(passage.silent)
+    sounding = ~passage.silent
     tones = tone_odds(crest, weak, g, b, sounding, round(NEARBY / per), beside)
     heard = np.flatnonzero(tones > beside)
     if not len(heard):
@@ -193,4 +193,4 @@ def likeliest_onset(
 def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
     """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
     strongest = strongest_beside(b, nearest_group(at, len(b)), 2)
-    return np.concatenate(passage.growth)[strongest]
+    return passage.growth[strongest]

@@ -49,13 +49,13 @@ def audible_rise(spread: float) -> float:
 def octave_crests(passage: Passage, b: np.ndarray, seconds: float) -> Crests:
     """Crests of C, with the evidence of the rise `b` in narrow bands."""
     per = GROUP * seconds
-    place, height = np.concatenate(passage.place), np.concatenate(passage.height)
+    place, height = passage.place, passage.height
     beside = nearest_group(place, len(b))
-    known = np.concatenate(passage.known)[beside]
+    known = passage.known[beside]
     around = local_mean(b, beside, round(AROUND[0] / per), round(AROUND[1] / per))
     needed = np.maximum(BORNE_OUT, around)
     bands = greatest_beside(b, beside, 2)
-    likelihood = greatest_beside(np.concatenate(passage.likelihood), beside, 2)
+    likelihood = greatest_beside(passage.likelihood, beside, 2)
     likelihood[~known] = np.inf
     greatest = height >= greatest_near(place, height, ALONE / seconds)
     loudest = greatest_near(place, height, NEARBY / seconds)

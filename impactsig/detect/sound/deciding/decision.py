@@ -62,11 +62,11 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
         Standard deviation of C in noise.
     """
     seconds = scale.hop / rate
-    b = np.concatenate(passage.bands)
+    b = passage.bands
     audible = audible_rise(spread)
     crests = octave_crests(passage, b, seconds)
     place, height = crests.place, crests.height
-    rattle, silent = rattling(passage, seconds), np.concatenate(passage.silent)
+    rattle, silent = rattling(passage, seconds), passage.silent
     by_octaves = octave_evidence(crests, rattle, silent, spread, seconds)
     clear = max(CLEAR, CLEAR_SIGMAS * spread)
     by_bands = height / clear

@@ -52,13 +52,13 @@ def steady_odds(
     frame, by_octaves : ndarray
         Frames of `seconds` each at which impacts lie, and their evidence from octaves.
     """
-    bands = np.concatenate(passage.bands)
+    bands = passage.bands
     group = nearest_group(frame, len(bands))
     b, g, growth = (
         greatest_beside(values, group, BESIDE)
-        for values in (bands, np.concatenate(passage.likelihood), np.concatenate(passage.growth))
+        for values in (bands, passage.likelihood, passage.growth)
     )
-    rises = np.concatenate(passage.rises)
+    rises = passage.rises
     h = greatest_beside(rises, frame // STEP, round(HERE / (STEP * seconds)))
     out = OF_H * np.log1p(h) + OF_G * np.log1p(g) + OFFSET
     out += OF_GROWTH * np.clip(growth, LEAST, MOST_GROWTH)

@@ -91,9 +91,7 @@ def codec_notes(survey: Survey) -> tuple[str, ...]:
 def closing_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if a gate attenuates much of the record, but not to zero."""
     closed = sum(
-        int(np.count_nonzero(silent & ~digital))
-        for passage in survey.passages
-        for silent, digital in zip(passage.silent, passage.digital, strict=True)
+        int(np.count_nonzero(passage.silent & ~passage.digital)) for passage in survey.passages
     )
     share = closed * GROUP * survey.scale.hop / samples
     if share < GATED:
@@ -109,7 +107,7 @@ def gate_notes(survey: Survey, samples: int) -> tuple[str, ...]:
     """A note if much of the record is repeated digital silence."""
     if survey.backgrounds.unresolved:
         return ()
-    silent = [np.concatenate(passage.digital) for passage in survey.passages]
+    silent = [passage.digital for passage in survey.passages]
     count = sum(int(np.count_nonzero(part)) for part in silent)
     share = count * GROUP * survey.scale.hop / samples
     if share < GATED:
