@@ -26,7 +26,7 @@ import mir_eval
 import numpy as np
 import soundfile
 
-from impactsig.detect.sound.deciding import _among, crests, decision
+from impactsig.detect.sound.deciding import crests, decision
 
 from .detection import markdown
 from .detectors import by_impactsig
@@ -39,7 +39,7 @@ CONSTANTS = {
     (decision, "LEAST_BANDS"): [0.27, 0.33, 0.40],
     (crests, "BORNE_OUT"): [0.025, 0.035, 0.05],
     (decision, "CLEAR"): [1.35, 1.65, 2.0],
-    (_among, "OTHERS_OFFSET"): [-8.3, -7.3, -6.3],
+    (decision, "OTHERS_OFFSET"): [-8.3, -7.3, -6.3],
     (decision, "OFFSET"): [2.0, 3.0, 4.0],
 }
 """Values of constants, each with the module that reads it."""

@@ -6,8 +6,8 @@ several times their rate and decimated by one of `sound_timing.DECIMATORS`. Impa
 which knows the noise, and what the impacts before it and the disturbance leave to hear, would not
 hear (`heard`) count neither as missed nor as false. The odds of low tones
 (`sound/deciding/_tones.py`) were fitted to seeds 2000 to 2029 and chosen on 3000 to 3121
-and 4000 to 4015, what is known of voices (`_voices.py`), notes and clicks on 6000 to 6039 and 6100
-to 6139: judge on others.
+and 4000 to 4015, what is known of voices (`_voice_kernels.py`), notes and clicks on 6000 to 6039
+and 6100 to 6139: judge on others.
 
     python -m benchmarks.varied_sound --seeds 300:312 [--only hum room]
 """

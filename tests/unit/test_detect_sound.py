@@ -16,7 +16,7 @@ from impactsig.detect.sound._cores import CORE, cores_of, window_size
 from impactsig.detect.sound._kernels import EDGE, octave_powers
 from impactsig.detect.sound._level_kernels import PER
 from impactsig.detect.sound._scale import scale_at
-from impactsig.detect.sound._survey import SAMPLED, Survey
+from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import windows
 from impactsig.detect.sound.deciding.decision import candidates
 from impactsig.detect.sound.deciding.doubt import Doubt

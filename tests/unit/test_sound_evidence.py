@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._kernels import BLOCK, GROUP, STEP
+from impactsig.detect.sound._kernels import BLOCK, GROUP, SAMPLED, STEP
 from impactsig.detect.sound._scale import scale_at
-from impactsig.detect.sound._survey import SAMPLED, Passage
+from impactsig.detect.sound._survey import Passage
 from impactsig.detect.sound.deciding._dense import dense_odds
 from impactsig.detect.sound.deciding._octave_evidence import rattling
 from impactsig.detect.sound.deciding._tones import tone_odds

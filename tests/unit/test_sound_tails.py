@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._survey import SAMPLED, Passage
+from impactsig.detect.sound._kernels import SAMPLED
 from impactsig.detect.sound.deciding._tails import beyond_tails, decay_rate
 
 SECONDS = 0.4e-3  # a frame

@@ -18,6 +18,7 @@ from ._lane_kernels import fused, logarithms
 
 BLOCK = 128  # frames that share one background
 GROUP = 16  # frames that share one power that the background is read from
+SAMPLED = 16  # frames, of which one rise is kept
 STEP = 4  # frames from one likelihood to the next
 _NONE, _ONE, _TWO, _FOUR = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(4)
 TOGETHER = 512  # frames, or details, that stay in the nearest memory

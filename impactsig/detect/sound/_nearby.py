@@ -6,24 +6,14 @@ import numpy as np
 
 from ._kernels import GROUP
 from ._nearby_kernels import (
-    as_high_near,
     crests_apart,
     ends_about,
-    greatest_about,
     ranked_between,
+    ranked_in_each,
     strongest_about,
 )
 
-CRESTS = 40.0  # a second, that only rattling makes
-UNHEARD = 10.0  # [s], without impacts, by which a stretch counts as longer
 FEW = 16  # windows of which each is sorted, rather than all values
-RAREST = 1.0 / 60.0  # impacts a second that may come where none is evident
-
-
-def rate_of_others(evident: np.ndarray, duration: float) -> np.ndarray:
-    """How many other evident crests come in a second of a stretch of that duration."""
-    others = np.asarray(np.count_nonzero(evident) - evident.astype(int))
-    return RAREST + others / (duration + UNHEARD)
 
 
 def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
@@ -31,54 +21,20 @@ def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
     return np.minimum(np.rint(frame / GROUP).astype(int), count - 1)
 
 
-def heard_share(silent: np.ndarray, place: np.ndarray, within: float, seconds: float) -> np.ndarray:
-    """Fraction of the time `within` each place that is not digital silence."""
-    if not silent.any():
-        return np.ones(len(place))
-    reach = round(within / (GROUP * seconds))
-    return 1.0 - local_mean(silent, nearest_group(place, len(silent)), reach, reach)
-
-
-def crowd(
-    height: np.ndarray,
-    first: np.ndarray,
-    last: np.ndarray,
-    within: float,
-    share: np.ndarray,
-    order: np.ndarray,
-) -> np.ndarray:
-    """Height that CRESTS a second reach `within` of places, by the crests there; 0 if fewer.
-
-    These are those from `first` to before `last`. Only a `share` of their time is audible: the rank
-    is the geometric mean of that share of them and of all. `order` sorts the heights.
-    """
-    rank = np.round(2.0 * within * CRESTS * np.sqrt(share)).astype(np.int64)
-    return ranked(height, first, last, last - first - np.maximum(rank, 1), order)
-
-
-def ranked(
-    values: np.ndarray,
-    first: np.ndarray,
-    last: np.ndarray,
-    rank: np.ndarray,
-    order: np.ndarray | None = None,
-) -> np.ndarray:
+def ranked(values: np.ndarray, first: np.ndarray, last: np.ndarray, rank: np.ndarray) -> np.ndarray:
     """The rank[k]-th least of values[first[k] : last[k]], counted from 0; 0 if there is none.
 
-    Neither `first` nor `last` falls. `order` sorts the values, if that is known.
+    Neither `first` nor `last` falls.
     """
-    if order is None:
-        if len(first) <= FEW:
-            out = np.zeros(len(first), values.dtype)
-            for k, (low, high, at) in enumerate(zip(first, last, rank, strict=True)):
-                if 0 <= at < high - low:
-                    out[k] = np.partition(values[low:high], at)[at]
-            return out
-        order = np.argsort(np.asarray(values, float))  # faster than of single precision
+    out = np.zeros(len(first), values.dtype)
+    if len(first) <= FEW:
+        ranked_in_each(values, first, last, rank, np.empty_like(values), out)
+        return out
+    order = np.argsort(np.asarray(values, float))  # faster than of single precision
     found = np.empty(len(first), np.int64)
     ranked_between(order, first, last, rank, found)
-    out = values[found] if len(values) else np.zeros(len(found), values.dtype)
-    out[found < 0] = 0
+    there = found >= 0
+    out[there] = values[found[there]]
     return out
 
 
@@ -92,32 +48,6 @@ def places_about(
     first, last = np.empty((2, len(at)), np.int64)
     ends_about(np.asarray(places, float), np.asarray(at, float), before, after, first, last)
     return first, last
-
-
-def number_as_high(
-    place: np.ndarray, height: np.ndarray, asked: np.ndarray, reach: float, share: float
-) -> np.ndarray:
-    """How many others at most `reach` from each given place are higher than a fraction of it."""
-    whole = float(int(reach))
-    first, last = places_about(place, place[asked], whole, whole + 1.0)
-    count = np.empty(len(asked), np.int64)
-    as_high_near(height, asked, first, last, share, count)
-    return count
-
-
-def greatest_near(place: np.ndarray, height: np.ndarray, reach: float) -> np.ndarray:
-    """The greatest height at most `reach` before each place, or less than that after it."""
-    out = np.empty(len(place))
-    greatest_about(place, height, reach, np.empty(len(place), np.int64), out)
-    return out
-
-
-def local_mean(values: np.ndarray, at: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Mean of the value at each place and of those so many before and after it."""
-    total = np.zeros(len(values) + 1)
-    np.cumsum(values, out=total[1:])
-    low, high = np.maximum(at - before, 0), np.minimum(at + after + 1, len(values))
-    return np.maximum(total[high] - total[low], 0.0) / (high - low)
 
 
 def strongest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._compiling.compiled import njit
+from ..._compiling.compiled import inlined, kernel, njit
+from ..signal.order_kernels import select
+from ._kernels import GROUP
 
 SIDE_BY_SIDE = 64  # frames that are checked in vector lanes
 TOGETHER = 16  # places in an order, or groups of them, that are counted as one group
@@ -93,20 +95,46 @@ def crests_apart(values, reach, least, out):
     return found
 
 
-@njit(nogil=True)
-def strongest_about(values, at, reach, out):
-    """out[k]: index of the greatest value at most `reach` from at[k]; the first of equal ones.
+@inlined
+def nearest(frame, count):
+    """The GROUP, of so many, whose first frame is nearest to a frame."""
+    return min(int(np.rint(frame / GROUP)), count - 1)
 
-    Places beyond the ends are those of the first and the last value.
+
+@inlined
+def strongest_beside_one(values, at, reach):
+    """Index of the greatest value at most `reach` from a place; the first of equal ones.
+
+    A place beyond the ends is that of the first or the last value.
     """
     last = len(values) - 1
+    place = min(max(at, 0), last)
+    best = max(place - reach, 0)
+    for i in range(best + 1, min(place + reach, last) + 1):
+        if values[i] > values[best]:
+            best = i
+    return best
+
+
+@inlined
+def greatest_beside_one(values, at, reach):
+    """The greatest value at most `reach` from a place."""
+    return values[strongest_beside_one(values, at, reach)]
+
+
+@kernel
+def put_totals(values, out):
+    """out[k]: sum of the values before the k-th."""
+    out[0] = 0.0
+    for k in range(len(values)):
+        out[k + 1] = out[k] + values[k]
+
+
+@njit(nogil=True)
+def strongest_about(values, at, reach, out):
+    """out[k]: index of the greatest value at most `reach` from at[k], as above."""
     for k in range(len(at)):
-        place = min(max(at[k], 0), last)
-        best = max(place - reach, 0)
-        for i in range(best + 1, min(place + reach, last) + 1):
-            if values[i] > values[best]:
-                best = i
-        out[k] = best
+        out[k] = strongest_beside_one(values, at[k], reach)
 
 
 @njit(nogil=True)
@@ -126,6 +154,23 @@ def greatest_about(place, height, reach, queue, out):
         while place[queue[first]] < place[k] - reach:
             first += 1
         out[k] = height[queue[first]]
+
+
+@kernel
+def ranked_in_each(values, first, last, rank, room, out):
+    """out[k]: the rank[k]-th least of values[first[k] : last[k]]; it stays if there is none.
+
+    There is `room` for all values.
+    """
+    begin = end = 0  # of those in the room
+    for k in range(len(out)):
+        count = last[k] - first[k]
+        if 0 <= rank[k] < count:
+            if first[k] != begin or last[k] != end:
+                begin, end = first[k], last[k]
+                for i in range(count):
+                    room[i] = values[begin + i]
+            out[k] = select(room, 0, count - 1, rank[k])
 
 
 @njit(nogil=True)
@@ -175,13 +220,12 @@ def add_count(counts, starts, place, one):
         place //= TOGETHER
 
 
-@njit(nogil=True)
-def as_high_near(height, asked, first, last, share, out):
-    """out[k]: how many others of height[first[k] : last[k]] exceed share * height[asked[k]]."""
-    for k in range(len(asked)):
-        own = height[asked[k]]
-        level, near = share * own, height[first[k] : last[k]]
-        count = 0
-        for i in range(len(near)):  # without a branch: it runs in vector lanes
-            count += near[i] > level
-        out[k] = count - (own > level)
+@kernel
+def number_as_high(height, k, first, last, share):
+    """How many others of height[first:last] exceed share * height[k]."""
+    own = height[k]
+    level, near = share * own, height[first:last]
+    count = 0
+    for i in range(len(near)):  # without a branch: it runs in vector lanes
+        count += near[i] > level
+    return count - (own > level)

@@ -18,6 +18,7 @@ from ._cores import Backgrounds, reaching
 from ._kernels import (
     EDGE,
     GROUP,
+    SAMPLED,
     STEP,
     Scale,
     loudness,
@@ -36,7 +37,6 @@ from .powers.closings import octave_weights
 from .powers.filtering import Filter
 from .powers.gate import Gate
 
-SAMPLED = 16  # frames of the octaves, of which one is kept
 LAG = 10e-3  # [s], over which narrow bands rise
 LATER = 17e-3  # [s] after which it is asked whether they go on to rise
 RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, for which that is checked
@@ -248,17 +248,21 @@ class Survey:
         lost = slab.closes | ~slab.known
         if lost.any():
             finer[:, lost] = 0.0
+        place, height, loud = self._crests(near, slab, octaves)
         found = Passage(
             slab.segment,
-            rise[::SAMPLED].astype(np.float32),
-            *finer,
-            self._rises(slab, background),
-            self._growth(slab, bands, finer),
-            slab.known,
-            *self._crests(near, slab, octaves),
-            self._loudness(octaves, frames),
-            slab.silent | self.backgrounds.closed[: len(slab.silent)],
-            slab.silent,
+            octaves=rise[::SAMPLED].astype(np.float32),
+            bands=finer[0],
+            likelihood=finer[1],
+            rises=self._rises(slab, background),
+            growth=self._growth(slab, bands, finer),
+            known=slab.known,
+            place=place,
+            height=height,
+            loud=loud,
+            loudness=self._loudness(octaves, frames),
+            silent=slab.silent | self.backgrounds.closed[: len(slab.silent)],
+            digital=slab.silent,
         )
         self.parts.append(found)
         if slab.last:

@@ -27,9 +27,9 @@ ringing does not raise it and a rattle does only slightly. G detects low tones, 
 (`_rise_odds.py`). `decision.py` combines them to the probability of an impact. Rounding by a
 converter is not a rise: L_b is at least that of white noise with a variance of a quarter of its
 squared step. Rises of single samples are clicks (`_clicks.py`): the record is searched again
-without them. Many rises in a short time are pulses of a voice (`_voices.py`), and gradual rises
-are swelling noise (`swells.py`, `gradual.py`). What returns where an overloaded sound leaves its
-limits is no impact either (`overload.py`).
+without them. Many rises in a short time are pulses of a voice (`_voice_kernels.py`), and gradual
+rises are swelling noise (`swells.py`, `gradual.py`). What returns where an overloaded sound leaves
+its limits is no impact either (`overload.py`).
 
 The attack is where, within 1.5 ms of the crest of C, the variance of the signal changes most
 [Maeda1985]_: halfway between two samples. If impacts sound alike, their common waveform gives the

@@ -16,63 +16,37 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._kernels import BLOCK
-from .._nearby import crowd, heard_share, ranked
-from .._survey import SAMPLED, Passage
-from .crests import NEARBY, Crests, audible_rise
-
-RATTLE = {0.75: 50.0, 0.9: 12.0}  # times these quantiles of C
-ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s
-FEW = 4.0  # times a: rattle without a number of crests, as of a room that rings
-TAIL, STEADY = 0.3, 0.1  # of the greatest C nearby and of the rattle: nor more than their sum
-CERTAIN = 36.0  # likelihood of a rise in one narrow band that is evidence of 1
-BESIDE_BAND = 0.25  # times a: rise in octaves without which that counts little
-FAINT = 0.3  # evidence of nothing
+from .._kernels import BLOCK, GROUP, SAMPLED
+from .._nearby import ranked
+from ._crest_kernels import NEARBY
+from ._evidence_kernels import IN_NOISE, TIMES, put_evidence, put_greatest, put_ranks
+from .crests import Crests
 
 
 def octave_evidence(
-    crests: Crests, rattle: np.ndarray, silent: np.ndarray, spread: float, seconds: float
+    crests: Crests, rattle: np.ndarray, spread: float, audible: float, seconds: float
 ) -> np.ndarray:
     """Evidence of the rise in octaves for each of its crests, with the `rattling` of a passage."""
-    place, borne_out, clear = crests.place, crests.borne_out, crests.clear
-    likely = crests.greatest & np.isfinite(crests.likelihood)
-    likelihood = np.where(likely, crests.likelihood, 0.0)
-    audible = audible_rise(spread)
-    evidence = np.minimum(clear / audible + likelihood / CERTAIN, borne_out)
-    far = evidence < FAINT
-    evidence[far] = 0.0
-    near = ~far
-    rattle = rattle[place[near] // BLOCK]
-    without_crowd = np.minimum(FEW * audible, TAIL * crests.loudest[near] + STEADY * rattle)
-    share = heard_share(silent, place[near], NEARBY, seconds)
-    first, last = crests.first[near], crests.last[near]
-    reached = crowd(crests.height, first, last, NEARBY, share, crests.order)
-    crowded = ABOVE * (reached - IN_NOISE * spread)
-    rattle = np.minimum(rattle, np.maximum(without_crowd, crowded))
-    calm = np.minimum(
-        clear[near] / (audible + rattle) + likelihood[near] / CERTAIN,
-        clear[near] / (BESIDE_BAND * audible + rattle),
-    )
-    evidence[near] = np.minimum(calm, borne_out[near])
-    return evidence
+    out = np.empty(len(crests.place))
+    reach = round(NEARBY / (GROUP * seconds))
+    put_evidence(*crests, rattle, audible, IN_NOISE * spread, reach, out)
+    return out
 
 
-def rattling(passage: Passage, seconds: float) -> np.ndarray:
+def rattling(rise: np.ndarray, silent: np.ndarray, seconds: float) -> np.ndarray:
     """Level of C that is often exceeded nearby, for each BLOCK of frames.
 
-    Digital silence is left out: it says nothing of how the rest rattles.
+    Parameters
+    ----------
+    rise : ndarray
+        C of every SAMPLED-th frame.
+    silent : ndarray of bool
+        Which of these are digital silence. They are left out: they say nothing of how the rest
+        rattles.
     """
-    rise, silent = passage.octaves, passage.silent
-    per = BLOCK // SAMPLED
-    reach = round(NEARBY / (BLOCK * seconds))
-    block = np.arange(len(rise) // per + 1)
-    first = per * np.maximum(block - reach, 0)
-    last = np.minimum(per * (block + reach + 1), len(rise))
-    if silent.any():
-        heard = np.append(0, np.cumsum(~silent))
-        rise, first, last = rise[~silent], heard[first], heard[last]
-    ranks = np.outer(last - first, list(RATTLE)).astype(int)
-    each = ranks.shape[1]
-    quantiles = ranked(rise, np.repeat(first, each), np.repeat(last, each), ranks.ravel())
-    times = np.array(list(RATTLE.values()), rise.dtype)
-    return np.asarray(np.max(times * quantiles.reshape(-1, each), axis=1), float)
+    first, last, rank = np.empty((3, len(TIMES) * (len(rise) * SAMPLED // BLOCK + 1)), np.int64)
+    put_ranks(silent, round(NEARBY / (BLOCK * seconds)), first, last, rank)
+    levels = ranked(rise[~silent] if silent.any() else rise, first, last, rank)
+    out = np.empty(len(rank) // len(TIMES))
+    put_greatest(levels, out)
+    return out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...._compiling.compiled import njit
+from ...._compiling.compiled import kernel, njit
 
 
 @njit(nogil=True)
@@ -44,3 +44,13 @@ def decays_after(place, loud, loudness, sampled, seconds, levels, after, before_
                 count += 1
         k = following
     return count
+
+
+@kernel
+def beyond_tails(place, loud, decay, out):
+    """Excess of each crest over the tails of those before it, which lose `decay` in a frame."""
+    tail = -np.inf  # the loudest, were it at the first frame
+    for k in range(len(place)):
+        undecayed = loud[k] + decay * place[k]
+        out[k] = undecayed - tail if np.isfinite(decay) else np.inf
+        tail = max(tail, undecayed)

@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
+from .._kernels import SAMPLED
 from .._nearby import middle
-from .._survey import SAMPLED, Passage
 from ._tail_kernels import decays_after
 
 LOUD = 0.7  # [neper], of crests whose tails are measured
@@ -27,17 +27,6 @@ HEARD = 0.1  # [neper]
 AFTER = 7e-3, 60e-3  # [s], of a tail
 BEFORE_NEXT = 6e-3  # [s]
 ENOUGH = 3  # tails
-
-
-def beyond_tails(passage: Passage, place: np.ndarray, seconds: float) -> np.ndarray:
-    """Excess of each crest over the tails of those before it [neper]."""
-    loud = passage.loud
-    rate = decay_rate(place, loud, passage.loudness, seconds)
-    if not len(place) or not math.isfinite(rate):
-        return np.full(len(place), np.inf)
-    undecayed = loud + rate * seconds * place
-    before = np.concatenate(([-np.inf], np.maximum.accumulate(undecayed)[:-1]))
-    return np.asarray(undecayed - before)
 
 
 def decay_rate(place: np.ndarray, loud: np.ndarray, loudness: np.ndarray, seconds: float) -> float:

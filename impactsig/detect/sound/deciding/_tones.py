@@ -25,18 +25,13 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import GROUP
-from .._nearby import (
-    greatest_beside,
-    nearest_group,
-    places_about,
-    ranked,
-    separate_crests,
-    strongest_beside,
-)
+from .._nearby import greatest_beside, places_about, ranked, separate_crests
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
+from ._crest_kernels import LATER, LEAST_OCTAVES, NEARBY, SOONER
+from ._judging_kernels import GROWS_ON, growth_near
 from .candidates import Candidates, with_others
-from .crests import LATER, LEAST_OCTAVES, NEARBY, SOONER, Crests
+from .crests import Crests
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
 OFFSET = 12.1
@@ -45,7 +40,6 @@ NOISE = 24.0  # G that noise reaches once in a hundred hours
 FAINTEST = 20.0  # G, below which the odds are hopeless
 SWELLING, PER_CREST, MOST_CRESTS = 10.0, 2.0, 5.0  # G that few noises reach; more for each, at most
 AFTER, SWELL, SWELL_SLOPE = 16e-3, 0.1, 40.0  # [s], share of G left then, and odds for more
-GROWS_ON = 0.6  # [neper], more than bands of an impact go on to rise by
 APART = 25e-3  # [s], crests of G
 BEFORE, SPREAD = 1.6e-3, 2e-3  # [s], of the impact before the crest of G
 
@@ -54,7 +48,6 @@ def with_tones(
     found: Candidates,
     crests: Crests,
     passage: Passage,
-    b: np.ndarray,
     audible: float,
     seconds: float,
 ) -> Candidates:
@@ -62,18 +55,20 @@ def with_tones(
 
     A low tone replaces all less likely candidates near it.
     """
-    per = GROUP * seconds
+    per, b = GROUP * seconds, passage.bands
     g = np.where(passage.known, passage.likelihood, 0.0)
-    crest = separate_crests(g, round(APART / per))
-    weak = crest[(g[crest] > SWELLING) & (g[crest] <= FAINTEST)]
-    crest = crest[g[crest] > FAINTEST]
+    every = separate_crests(g, round(APART / per), SWELLING)
+    crest = every[g[every] > FAINTEST]
+    if not len(crest):
+        return found
+    weak = every[g[every] <= FAINTEST]
     frame, odds = found.frame, found.odds.copy()
     first, last = places_about(frame, GROUP * crest, SOONER / seconds, LATER / seconds)
     best = np.empty(len(crest), np.int64)
     greatest_between(odds, first, last, best)
-    beside = np.append(odds, -np.inf)[best]
-    asked = beside < 0.0
-    asked[asked] = growth_near(passage, b, GROUP * crest[asked]) <= GROWS_ON
+    beside, grown = np.append(odds, -np.inf)[best], np.empty(len(crest))
+    growth_near(b, passage.growth, GROUP * crest, grown)
+    asked = (beside < 0.0) & (grown <= GROWS_ON)
     crest, first, last, beside = (of_crest[asked] for of_crest in (crest, first, last, beside))
     if not len(crest):
         return found
@@ -188,9 +183,3 @@ def likeliest_onset(
     clear = which >= 0
     off[clear] = np.sqrt(squares[clear] / total[clear])
     return which, off
-
-
-def growth_near(passage: Passage, b: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """How bands go on to rise [neper] where `b` is greatest within two GROUPs of each frame."""
-    strongest = strongest_beside(b, nearest_group(at, len(b)), 2)
-    return passage.growth[strongest]

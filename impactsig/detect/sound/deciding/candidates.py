@@ -25,7 +25,7 @@ class Candidates(NamedTuple):
     @property
     def probability(self) -> np.ndarray:
         """Probability that each is an impact."""
-        likely: np.ndarray = 1.0 / (1.0 + np.exp(-np.clip(self.odds, -50.0, 50.0)))
+        likely: np.ndarray = 1.0 / (1.0 + np.exp(-np.maximum(self.odds, -50.0)))
         return likely
 
 

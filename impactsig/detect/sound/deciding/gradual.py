@@ -27,18 +27,15 @@ from __future__ import annotations
 import numpy as np
 
 from .._kernels import STEP
-from .._nearby import greatest_beside, nearest_group, places_about
+from .._nearby import places_about
 from .._survey import Passage
-from ._rise_odds import HERE
+from ._gradual_kernels import LEAST, put_steady_odds
+from ._rise_odds_kernels import HERE
 
-RISEN, ABRUPT = 0.33, 60.0  # B from which on, and H below which a rise may be gradual
 SUDDEN, SHOWN = 3.0, 0.3  # R of an impact, and least S of a gradual rise
 EDGES = -16e-3, -8e-3, -4e-3, -1e-3, 0.0, 1e-3, 4e-3, 8e-3  # [s], about the attack
-OF_R, OF_S, OF_BEFORE, OF_GROWTH = 2.2, -1.65, -1.6, -0.9  # of R, S, S', W in the log-odds
-OF_H, OF_G, OF_OCTAVES, OFFSET = 0.55, 1.5, 0.95, -5.4
-LEAST, MOST_S, MOST_BEFORE, MOST_GROWTH = -1.0, 4.0, 2.0, 3.0  # that count [neper]
-LEAST_OCTAVES = 0.03
-BESIDE = 3  # GROUPs, of the rise in narrow bands
+OF_R, OF_S, OF_BEFORE = 2.2, -1.65, -1.6  # of R, S, S' in the log-odds
+MOST_S, MOST_BEFORE = 4.0, 2.0  # that count [neper]
 NEAR, ALONE, EACH, MOST_OTHERS = 1.0, 3.0, -1.15, 4  # [s], log-odds alone, for each other, and most
 
 
@@ -52,18 +49,12 @@ def steady_odds(
     frame, by_octaves : ndarray
         Frames of `seconds` each at which impacts lie, and their evidence from octaves.
     """
-    bands = passage.bands
-    group = nearest_group(frame, len(bands))
-    b, g, growth = (
-        greatest_beside(values, group, BESIDE)
-        for values in (bands, passage.likelihood, passage.growth)
-    )
-    rises = passage.rises
-    h = greatest_beside(rises, frame // STEP, round(HERE / (STEP * seconds)))
-    out = OF_H * np.log1p(h) + OF_G * np.log1p(g) + OFFSET
-    out += OF_GROWTH * np.clip(growth, LEAST, MOST_GROWTH)
-    out += OF_OCTAVES * np.log(by_octaves + LEAST_OCTAVES)
-    return np.where((b >= RISEN) & (h < ABRUPT), out, np.inf)
+    out = np.empty(len(frame))
+    put_steady_odds(
+        frame, by_octaves, passage.bands, passage.likelihood, passage.growth, passage.rises,
+        round(HERE / (STEP * seconds)), out,
+    )  # fmt: skip
+    return out
 
 
 def gradual_odds(steady: np.ndarray, power: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -49,6 +49,8 @@ def with_overlap(every: Sequence[Candidates], pace: float) -> list[Candidates]:
     pace : float
         Likely impacts a second.
     """
+    if pace <= FEW:
+        return list(every)
     odds = np.concatenate([np.zeros(0), *(found.odds[~found.narrow] for found in every)])
     likely = odds[odds > LIKELY]
     mean = float(np.minimum(likely, CERTAIN).mean()) if len(likely) else CLEAR
