@@ -13,7 +13,7 @@ from benchmarks.sound_disturbances import reverberant
 from impactsig.detect._merge import group_starts
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._cores import CORE, cores_of, window_size
-from impactsig.detect.sound._kernels import EDGE, octave_powers
+from impactsig.detect.sound._kernels import EDGE, SAMPLED, octave_powers
 from impactsig.detect.sound._level_kernels import PER
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
@@ -539,20 +539,20 @@ def test_twin(rate):
     survey = surveyed(x, rate)
     (passage,) = survey.passages
     c, loud = naive_sound.octave_rise(x, scale, rate, CORE)
-    np.testing.assert_allclose(np.concatenate(passage.octaves), c[::SAMPLED], atol=1e-6)
+    np.testing.assert_allclose(passage.octaves, c[::SAMPLED], atol=1e-6)
     freedom = degrees_of_freedom(float(rate), survey.bands.hop, PER), survey.frame_freedom
     b, likelihood, known = naive_sound.band_rise(
         x, rate, survey.bands.hop, survey.bands, freedom, survey.lag, CORE // 16
     )
-    np.testing.assert_allclose(np.concatenate(passage.bands), b, atol=1e-5)
-    np.testing.assert_allclose(np.concatenate(passage.likelihood), likelihood, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(passage.bands, b, atol=1e-5)
+    np.testing.assert_allclose(passage.likelihood, likelihood, rtol=1e-4, atol=1e-4)
     judged = naive_sound.probability(
         c, loud, b, likelihood, known, scale.spacing, survey.spread, rate, scale.hop
     )
     centre, half = survey.bands.hop * np.arange(len(b)), len(survey.bands.window) // 2
     heard = (centre >= half) & (centre + half <= len(x))
     h = naive_sound.rise_likelihood(x, scale, rate, heard, CORE)
-    np.testing.assert_allclose(np.concatenate(passage.rises), h, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(passage.rises, h, rtol=1e-4, atol=1e-4)
     judged = naive_sound.by_rises(judged, c, h, b, known, survey.spread, scale.hop / rate)
     doubt = Doubt()  # of all crests, low tones among them, which the twin does not look for
     every = candidates(passage, survey.spread, scale, rate)

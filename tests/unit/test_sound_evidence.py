@@ -8,10 +8,10 @@ import pytest
 from impactsig.detect.sound._kernels import BLOCK, GROUP, SAMPLED, STEP
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Passage
-from impactsig.detect.sound.deciding._dense import dense_odds
+from impactsig.detect.sound.deciding._dense_kernels import put_dense_odds
 from impactsig.detect.sound.deciding._octave_evidence import rattling
 from impactsig.detect.sound.deciding._tones import tone_odds
-from impactsig.detect.sound.deciding._voices import pulse_odds
+from impactsig.detect.sound.deciding._voice_kernels import lower_pulses
 from impactsig.detect.sound.deciding.crests import audible_rise, octave_crests
 from impactsig.detect.sound.deciding.decision import candidates
 from tests import naive_sound
@@ -105,8 +105,9 @@ def test_twin(regime):
 def test_dense_crests(regime):
     c, loud, b, *rest = rises(20, **REGIMES[regime])
     passage = passage_of(c, loud, b, *rest, np.ones(len(b), np.bool_))
-    crests, a = octave_crests(passage, b, FRAME), audible_rise(SPREAD)
-    odds, alike = dense_odds(crests, a, FRAME)
+    crests, a = octave_crests(passage, FRAME), audible_rise(SPREAD)
+    odds, alike = np.empty(len(crests.place)), np.empty(len(crests.place), np.bool_)
+    put_dense_odds(crests.place, crests.height, crests.loudest, crests.clear, a, FRAME, odds, alike)
     slow = [
         naive_sound.dense_odds(c, crests.place, j, clear, a, FRAME)
         for j, clear in zip(crests.place, crests.clear, strict=True)
@@ -126,7 +127,7 @@ def test_digital_silence_says_nothing_of_the_rattle():
     at, middle = COUNT // 2 // BLOCK, len(rise) // 2
 
     def rattle():
-        return rattling(Passage(0, octaves=[rise], silent=[silent]), FRAME)[at]
+        return rattling(rise, silent, FRAME)[at]
 
     heard = rattle()
     silent[middle - 60 : middle + 60] = True
@@ -138,12 +139,16 @@ def test_digital_silence_says_nothing_of_the_rattle():
 
 def test_a_crowd_that_silence_ends_is_no_voice():
     place = np.arange(0, round(0.5 / FRAME), round(8e-3 / FRAME))
-    odds, ones = np.full(len(place), 2.0), np.ones(len(place))
-    quiet = np.zeros(round(3.0 / FRAME / GROUP), np.bool_)
-    options = ones > 0.0, place, ones, 0.1 * ones
-    assert (pulse_odds(odds, *options, quiet, FRAME) < odds)[:10].all()
-    quiet[place[-1] // GROUP + 1 :] = True
-    assert (pulse_odds(odds, *options, quiet, FRAME) == odds)[10:-10].all()
+    ones, groups = np.ones(len(place)), round(3.0 / FRAME / GROUP)
+
+    def lowered(silence):
+        odds = 2.0 * ones
+        lower_pulses(odds, ones > 0.0, place, ones, 0.1 * ones, groups, silence, FRAME)
+        return odds < 2.0
+
+    assert lowered(np.empty(0))[:10].all()
+    quiet = np.maximum(np.arange(groups + 1.0) - place[-1] // GROUP - 1, 0.0)
+    assert not lowered(quiet)[10:-10].any()
 
 
 def test_odds_of_low_tones():

@@ -11,7 +11,8 @@ from impactsig.detect.sound._kernels import BLOCK, STEP, octave_rise
 from impactsig.detect.sound._rise_kernels import OctaveMeans, low_likelihood, rise_likelihood
 from impactsig.detect.sound._rises import clear_ratio
 from impactsig.detect.sound._scale import scale_at
-from impactsig.detect.sound.deciding._rise_odds import by_octave, high_crests
+from impactsig.detect.sound.deciding._rise_odds import high_crests
+from impactsig.detect.sound.deciding._rise_odds_kernels import judge_rises
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050.0
@@ -144,19 +145,25 @@ def test_crests_of_h_are_judged_by_what_is_near():
     odds = np.full(len(frame), 6.0)
     h[frame // STEP] = 200.0
     h[[330, 1000, 1010]] = 60.0, 200.0, 40.0  # alone, on an impact, 40 ms after one
-    never = np.zeros(len(frame), bool)
-    crest = high_crests(h, seconds)
-    turned, own = by_octave(frame, odds, never, h, crest, b, known, seconds)
-    assert own.frame.tolist() == [1320, 4040]
-    assert own.odds[0] > 0.0 > own.odds[1]
+
+    def judged(frame, odds, h, b, known):
+        crest = high_crests(h, seconds)
+        turned, own, at = np.empty(len(frame)), np.empty(len(crest)), np.empty_like(crest)
+        rattle, none = np.zeros(len(h) * STEP // BLOCK + 1), np.empty(0)
+        number = judge_rises(
+            frame, odds, none.astype(int), none, 0.0, h, crest, b, known, rattle, seconds,
+            turned, at, own,
+        )  # fmt: skip
+        return turned, at[:number].tolist(), own[:number].tolist()
+
+    turned, at, own = judged(frame, odds, h, b, known)
+    assert at == [1320, 4040]
+    assert own[0] > 0.0 > own[1]
     assert (turned > 0.0).all()
     # Beside digital silence nothing is known, and nothing changes.
-    turned, own = by_octave(frame, odds, never, h, crest, b, ~known, seconds)
+    turned, at, _ = judged(frame, odds, h, b, ~known)
     assert (turned == odds).all()
-    assert not len(own.frame)
-    none = np.empty(0)
-    crest = high_crests(h[:8], seconds)
-    at = none.astype(int)
-    turned, own = by_octave(at, none, at > 0, h[:8], crest, b[:2], known[:2], seconds)
+    assert not at
+    turned, at, _ = judged(frame[:0], odds[:0], h[:8], b[:2], known[:2])
     assert not len(turned)
-    assert not len(own.frame)
+    assert not at
