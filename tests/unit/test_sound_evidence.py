@@ -10,7 +10,7 @@ from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Passage
 from impactsig.detect.sound.deciding._dense_kernels import put_dense_odds
 from impactsig.detect.sound.deciding._octave_evidence import rattling
-from impactsig.detect.sound.deciding._tones import tone_odds
+from impactsig.detect.sound.deciding._tone_kernels import put_onsets, put_tone_odds
 from impactsig.detect.sound.deciding._voice_kernels import lower_pulses
 from impactsig.detect.sound.deciding.crests import audible_rise, octave_crests
 from impactsig.detect.sound.deciding.decision import candidates
@@ -159,7 +159,9 @@ def test_odds_of_low_tones():
     g[at] = 40.0
 
     def odds(weak=none):
-        return tone_odds(crest, weak, g, b, g > 0.0, reach, least)[0]
+        found = np.empty(1)
+        put_tone_odds(crest, weak, g, b, g <= 0.0, reach, least, found)
+        return found[0]
 
     alone = 0.7 * np.log(40.0) + 1.7 * np.log(0.1) + 12.1 - 5.4 * np.log(6.0) - 1.5 * np.log(0.15)
     alone -= 40.0 * max(g[at + round(0.016 / per)] / 40.0 - 0.1, 0.0)
@@ -173,6 +175,20 @@ def test_odds_of_low_tones():
     g[at], b[:] = 40.0, 0.1
     g[at + round(0.016 / per)] = 8.0
     assert odds() == pytest.approx(alone - 40.0 * (0.2 - 0.1))
+
+
+def test_a_low_tone_begins_at_the_likeliest_crest_nearby():
+    place, height = np.array([900, 1000, 1004, 1500]), np.array([9.0, 0.3, 0.4, 9.0])
+    near, seconds, audible = np.array([1001.5, 1300.2, -2.0]), 0.5e-3, 0.2
+    frame, off = np.empty(3, np.int64), np.empty(3)
+    put_onsets(place, height, audible, near, seconds, frame, off)
+    # Of 0.75 and 1.25 ms away, with a normal distribution of 2 ms.
+    first, second = 0.3 * np.exp(-0.5 * 0.375**2), 0.4 * np.exp(-0.5 * 0.625**2)
+    assert frame.tolist() == [1004, 1300, 0]
+    expected = 2e-3 * np.sqrt(first / (first + second)), 2e-3, 2e-3
+    np.testing.assert_allclose(off, expected)
+    put_onsets(place, height, 0.41, near, seconds, frame, off)  # none is audible
+    assert frame[0] == 1001
 
 
 @pytest.mark.parametrize("goes_on", [False, True])

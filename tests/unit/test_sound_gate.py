@@ -10,7 +10,7 @@ import pytest
 from impactsig import Recording, detect_impacts
 from impactsig.detect.sound._kernels import EDGE, octave_powers
 from impactsig.detect.sound._nearby import greatest_within
-from impactsig.detect.sound.deciding._tones import tone_odds
+from impactsig.detect.sound.deciding._tone_kernels import put_tone_odds
 from impactsig.detect.sound.powers._gate_kernels import (
     CLOSED,
     bridge,
@@ -191,14 +191,13 @@ def test_silence_where_a_window_is_zero_leaves_all_of_it():
 
 
 def test_a_low_tone_behind_a_gate_is_compared_with_what_is_audible_as_well():
-    g, heard = np.full(1001, 8.0), np.ones(1001, np.bool_)
+    g, shut = np.full(1001, 8.0), np.arange(1001) % 3 > 0  # two thirds of the time
     g[500] = 100.0
     crest, weak, b = np.array([500]), np.zeros(0, int), np.full(1001, 0.05)
-    least = np.full(1, -np.inf)
-    ungated = tone_odds(crest, weak, g, b, heard, 400, least)
-    shut = np.arange(1001) % 3 > 0  # two thirds of the time
+    least, gated, ungated = np.full(1, -np.inf), np.empty(1), np.empty(1)
+    put_tone_odds(crest, weak, g, b, shut & False, 400, least, ungated)
     shut[500] = False
-    gated = tone_odds(crest, weak, np.where(shut, 0.0, g), b, ~shut, 400, least)
+    put_tone_odds(crest, weak, np.where(shut, 0.0, g), b, shut, 400, least, gated)
     np.testing.assert_allclose(gated - ungated, 5.4 * 0.5 * (np.log(8 + 5) - np.log(0 + 5)))
 
 
