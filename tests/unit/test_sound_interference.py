@@ -9,14 +9,17 @@ from scipy import signal
 from benchmarks.recordings import coloured, score
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound._nearby import (
-    greatest_beside,
     greatest_within,
     places_about,
     ranked,
     separate_crests,
+)
+from impactsig.detect.sound._nearby_kernels import (
+    greatest_about,
+    greatest_beside,
+    number_as_high,
     strongest_beside,
 )
-from impactsig.detect.sound._nearby_kernels import greatest_about, number_as_high
 from impactsig.detect.sound.powers.band_kernels import band_growth
 from impactsig.detect.sound.sound import detect_sound
 
@@ -187,12 +190,10 @@ def test_the_greatest_within_reach_is_that_of_padded_values():
     for reach in (1, 2, 4, 50):
         slow = [values[max(k - reach, 0) : k + reach + 1].max() for k in range(40)]
         np.testing.assert_array_equal(greatest_within(values, reach), slow)
-        at = np.array([39, 3, 3, -2, 50])
-        np.testing.assert_array_equal(
-            greatest_beside(values, at, reach), np.take(slow, [-1, 3, 3, 0, -1])
-        )
+        found = [greatest_beside(values, at, reach) for at in (39, 3, -2, 50)]
+        np.testing.assert_array_equal(found, np.take(slow, [-1, 3, 0, -1]))
     values[5:9] = 9.0
-    np.testing.assert_array_equal(strongest_beside(values, np.array([8, 4, 9]), 2), [6, 5, 7])
+    assert [strongest_beside(values, at, 2) for at in (8, 4, 9)] == [6, 5, 7]
 
 
 def test_separate_crests_are_those_that_none_nearby_exceeds():

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._kernels import GROUP
 from ._nearby_kernels import (
     crests_apart,
     ends_about,
     ranked_between,
     ranked_in_each,
-    strongest_about,
 )
 
 FEW = 16  # windows of which each is sorted, rather than all values
-
-
-def nearest_group(frame: np.ndarray, count: int) -> np.ndarray:
-    """The GROUP, of so many, whose first frame is nearest to each frame."""
-    return np.minimum(np.rint(frame / GROUP).astype(int), count - 1)
 
 
 def ranked(values: np.ndarray, first: np.ndarray, last: np.ndarray, rank: np.ndarray) -> np.ndarray:
@@ -48,21 +41,6 @@ def places_about(
     first, last = np.empty((2, len(at)), np.int64)
     ends_about(np.asarray(places, float), np.asarray(at, float), before, after, first, last)
     return first, last
-
-
-def strongest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    """Index of the greatest value at most `reach` from each place; the first of equal ones.
-
-    Places beyond the ends are those of the first and the last value.
-    """
-    index = np.empty(len(at), np.int64)
-    strongest_about(values, at, reach, index)
-    return index
-
-
-def greatest_beside(values: np.ndarray, at: np.ndarray, reach: int) -> np.ndarray:
-    """The greatest value at most `reach` from each place."""
-    return np.asarray(values[strongest_beside(values, at, reach)])
 
 
 def greatest_within(values: np.ndarray, reach: int) -> np.ndarray:

@@ -102,7 +102,7 @@ def nearest(frame, count):
 
 
 @inlined
-def strongest_beside_one(values, at, reach):
+def strongest_beside(values, at, reach):
     """Index of the greatest value at most `reach` from a place; the first of equal ones.
 
     A place beyond the ends is that of the first or the last value.
@@ -117,9 +117,9 @@ def strongest_beside_one(values, at, reach):
 
 
 @inlined
-def greatest_beside_one(values, at, reach):
+def greatest_beside(values, at, reach):
     """The greatest value at most `reach` from a place."""
-    return values[strongest_beside_one(values, at, reach)]
+    return values[strongest_beside(values, at, reach)]
 
 
 @kernel
@@ -128,13 +128,6 @@ def put_totals(values, out):
     out[0] = 0.0
     for k in range(len(values)):
         out[k + 1] = out[k] + values[k]
-
-
-@njit(nogil=True)
-def strongest_about(values, at, reach, out):
-    """out[k]: index of the greatest value at most `reach` from at[k], as above."""
-    for k in range(len(at)):
-        out[k] = strongest_beside_one(values, at[k], reach)
 
 
 @njit(nogil=True)

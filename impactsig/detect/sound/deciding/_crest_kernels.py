@@ -8,7 +8,7 @@ from ...._compiling.compiled import allocating, inlined, kernel
 from .._nearby_kernels import (
     ends_about,
     greatest_about,
-    greatest_beside_one,
+    greatest_beside,
     nearest,
     put_totals,
     ranked_between,
@@ -61,9 +61,9 @@ def crest_evidence(
         at = nearest(place[k], groups)
         low, high = max(at - around[0], 0), min(at + around[1] + 1, groups)
         mean = max(total[high] - total[low], 0.0) / (high - low)
-        bands[k] = greatest_beside_one(b, at, 2)
+        bands[k] = greatest_beside(b, at, 2)
         borne_out[k] = bands[k] / max(least, mean) if known[at] else np.inf
-        certain[k] = greatest_beside_one(likelihood, at, 2) if known[at] else np.inf
+        certain[k] = greatest_beside(likelihood, at, 2) if known[at] else np.inf
         clear[k] = min(max(clear[k], 0.0), height[k])
 
 

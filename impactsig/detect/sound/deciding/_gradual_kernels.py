@@ -6,7 +6,7 @@ import numpy as np
 
 from ...._compiling.compiled import kernel
 from .._kernels import STEP
-from .._nearby_kernels import greatest_beside_one, nearest
+from .._nearby_kernels import greatest_beside, nearest
 
 RISEN, ABRUPT = 0.33, 60.0  # B from which on, and H below which a rise may be gradual
 OF_H, OF_G, OF_OCTAVES, OF_GROWTH, OFFSET = 0.55, 1.5, 0.95, -0.9, -5.4  # of the log-odds
@@ -20,12 +20,12 @@ def put_steady_odds(frame, by_octaves, bands, likelihood, growth, rises, reach, 
     """As `steady_odds`, by B, G, W and H; H is the greatest at most `reach` from an impact."""
     for k in range(len(frame)):
         group = nearest(frame[k], len(bands))
-        h = greatest_beside_one(rises, frame[k] // STEP, reach)
-        if greatest_beside_one(bands, group, BESIDE) < RISEN or h >= ABRUPT:
+        h = greatest_beside(rises, frame[k] // STEP, reach)
+        if greatest_beside(bands, group, BESIDE) < RISEN or h >= ABRUPT:
             out[k] = np.inf
             continue
-        g = greatest_beside_one(likelihood, group, BESIDE)
-        grown = greatest_beside_one(growth, group, BESIDE)
+        g = greatest_beside(likelihood, group, BESIDE)
+        grown = greatest_beside(growth, group, BESIDE)
         out[k] = OF_H * np.log1p(h) + OF_G * np.log1p(g) + OFFSET
         out[k] += OF_GROWTH * min(max(grown, LEAST), MOST_GROWTH)
         out[k] += OF_OCTAVES * np.log(by_octaves[k] + LEAST_OCTAVES)

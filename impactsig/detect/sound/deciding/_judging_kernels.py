@@ -11,7 +11,7 @@ from .._nearby_kernels import (
     ends_about,
     greatest_between,
     nearest,
-    strongest_beside_one,
+    strongest_beside,
 )
 from ._among_kernels import AMONG
 from ._crest_kernels import rate_of_others
@@ -74,7 +74,7 @@ def put_band_evidence(place, height, b, apart, beside, clear, least, by_bands, r
 def growth_near(b, growth, frame, out):
     """How bands go on to rise [neper] where B is greatest within two GROUPs of each frame."""
     for k in range(len(frame)):
-        out[k] = growth[strongest_beside_one(b, nearest(frame[k], len(b)), 2)]
+        out[k] = growth[strongest_beside(b, nearest(frame[k], len(b)), 2)]
 
 
 @allocating

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from .._kernels import BLOCK, GROUP, STEP
-from .._nearby_kernels import ends_about, greatest_beside_one, nearest, number_as_high
+from .._nearby_kernels import ends_about, greatest_beside, nearest, number_as_high
 from ._crest_kernels import rate_of_others
 from .candidates import HOPELESS
 
@@ -53,7 +53,7 @@ def find_higher(frame, odds, place, height, audible, h, crest, b, known, seconds
         group = nearest(frame[k], len(b))
         if at_crest or odds[k] <= 0.0 or not known[group]:
             continue
-        if greatest_beside_one(b, group, 2) < FEEBLE:
+        if greatest_beside(b, group, 2) < FEEBLE:
             continue
         at = frame[k] / STEP
         while near < len(crest) and crest[near] < at - far:
@@ -63,7 +63,7 @@ def find_higher(frame, odds, place, height, audible, h, crest, b, known, seconds
             if h[crest[beyond]] > NOISE and (best < 0 or h[crest[beyond]] > h[best]):
                 best = crest[beyond]
             beyond += 1
-        if best >= 0 and h[best] > HIGHER * greatest_beside_one(h, frame[k] // STEP, here):
+        if best >= 0 and h[best] > HIGHER * greatest_beside(h, frame[k] // STEP, here):
             there[k] = STEP * best
             any_higher = True
     return any_higher
@@ -95,7 +95,7 @@ def judge_rises(
     group, number = np.empty(len(frame), np.int64), 0
     for k in range(len(frame)):
         group[k] = nearest(frame[k], groups)
-        here[k] = greatest_beside_one(h, frame[k] // STEP, round(HERE / per))
+        here[k] = greatest_beside(h, frame[k] // STEP, round(HERE / per))
         evident += odds[k] > EVIDENT and (here[k] > CLEARLY or not known[group[k]])
         if odds[k] > 0.0:
             likely[number] = frame[k]
@@ -109,7 +109,7 @@ def judge_rises(
             is_evident = odds[k] > EVIDENT and here[k] > CLEARLY
             often = rate_of_others(evident - is_evident, duration)
             less = np.log1p(here[k]) + min(np.log(often), 0.0)
-            if greatest_beside_one(b, group[k], 2) >= FEEBLE:
+            if greatest_beside(b, group[k], 2) >= FEEBLE:
                 less -= np.log(RISEN)
             out[k] += SWELLING_SLOPE * min(less, 0.0)
     count, whole = len(crest), float(int(CROWD / per))
@@ -130,7 +130,7 @@ def judge_rises(
         for j in range(max(crest[i] - tail[0], 0), crest[i] - tail[1] + 1):
             before = max(before, h[j])
         as_high = number_as_high(high, i, ends[2, i], ends[3, i], AS_HIGH) + 1
-        loud = greatest_beside_one(b, at, reach)
+        loud = greatest_beside(b, at, reach)
         own = of_h * np.log1p(high[i]) + of_number * as_high + of_often * np.log(often) + offset
         own += of_loud * np.log(max(loud, FEEBLE))
         own = min(own, (high[i] - NOISE) / NOISE_SCALE)

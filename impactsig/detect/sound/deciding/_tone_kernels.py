@@ -6,7 +6,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import select
-from .._nearby_kernels import ends_about, greatest_beside_one
+from .._nearby_kernels import ends_about, greatest_beside
 from ._crest_kernels import LEAST_OCTAVES
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
@@ -44,7 +44,7 @@ def put_tone_odds(crest, weak, g, b, silent, reach, least, out):
         for i in range(max(first - 2, 0), min(first + size + 2, len(b))):
             loudest = max(loudest, b[i])
         later = g[min(crest[k] + after, len(g) - 1)] / own
-        beside = greatest_beside_one(b, crest[k], 2)
+        beside = greatest_beside(b, crest[k], 2)
         odds = ln_g * np.log(own) + ln_b * np.log(beside) + OFFSET
         odds -= ln_loud * np.log(max(loudest, LEAST_LOUD))
         odds -= SWELL_SLOPE * max(later - SWELL, 0.0)
