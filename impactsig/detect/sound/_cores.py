@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from itertools import accumulate
 
 import numpy as np
 
@@ -22,6 +21,8 @@ from ._core_kernels import (
     bound_noise,
     may_hum,
     put_extremes,
+    put_narrow,
+    put_near,
 )
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
@@ -82,83 +83,79 @@ class Backgrounds:
 
     def of(self, windows: list[Levels], which: int) -> np.ndarray:
         """That of octaves, low ones and bands in the BLOCKs of one window of these in a row."""
-        parts = np.concatenate([one.parts for one in windows], axis=1)
-        audible = np.concatenate([one.parts_sound for one in windows])
-        sound = np.concatenate([one.sound for one in windows])
-        steps = [np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)]
-        if len(steps[0]) or len(steps[1]):
+        parts = joined([one.parts for one in windows], 1)
+        audible = joined([one.parts_sound for one in windows])
+        sound = joined([one.sound for one in windows])
+        if any(len(side) for one in windows for side in one.steps):
+            steps = [
+                np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)
+            ]
             silent = np.concatenate([one.silent for one in windows])
             fading = beside_fades(steps, audible, silent, PART * self.scale.hop / self.rate)
             if fading is not None:
-                audible &= ~fading
-                sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        pairs, deep, crossing = (sum([one.falls[k] for one in windows]) for k in range(3))
-        holes = has_holes(pairs, deep, crossing)
-        cores = np.concatenate([one.cores for one in windows])
-        blocks = cores[:, BLOCKS].astype(int).tolist()
-        first = sum(len(one.cores) for one in windows[:which])
-        count = len(windows[which].cores)
-        begins = np.array([0, *accumulate(blocks)])[first : first + count + 1]
-        at = int(begins[0])
-        skipped, last = max(at - self.within, 0), at + windows[which].blocks + self.within
-        means = _columns([one.means for one in windows], skipped, last)
-        ends = np.minimum(begins[1:] + self.within, len(sound))
-        begins = np.maximum(begins[:-1] - self.within, 0)
+                audible = audible & ~fading
+                sound = sound & ~fading.reshape(len(sound), -1).any(axis=1)
+        holes = has_holes(*map(sum, zip(*(one.falls for one in windows), strict=True)))
+        cores = joined([one.cores for one in windows])
+        own, within = windows[which], self.within
+        first, count = sum(len(one.cores) for one in windows[:which]), len(own.cores)
+        near, spans = np.empty((count, 2), np.int64), np.empty((2, count), np.int64)
+        at = put_near(cores, first, within, near, spans)
+        skipped = max(at - within, 0)
+        means = columns([one.means for one in windows], skipped, at + own.blocks + within)
         octaves, narrow = len(parts), len(means) - len(self.bands.first)
         noise = np.empty((len(means), count))
-        near_parts = BLOCK // PART * begins, BLOCK // PART * ends
+        near_parts = BLOCK // PART * spans
         noise[:octaves] = noise_power(parts, audible, near_parts, self.part_bias, holes)
-        noise[octaves:] = noise_power(
-            means[octaves:], sound[skipped:last], (begins - skipped, ends - skipped),
-            self.mean_bias, holes,
-        )  # fmt: skip
-        gated = np.zeros(count, np.bool_)
-        self.closed = np.zeros(PER * windows[which].blocks, np.bool_)
-        for k, (begin, end) in enumerate(zip(begins, ends, strict=True)):
-            inside = means[octaves:, begin - skipped : end - skipped]
-            closed = self._open(noise[:, k], windows, inside, begin, end)
+        sound = sound[skipped : skipped + means.shape[1]]
+        spans -= skipped
+        noise[octaves:] = noise_power(means[octaves:], sound, spans, self.mean_bias, holes)
+        gated = 0
+        self.closed = np.zeros(PER * own.blocks, np.bool_)
+        for k, (begin, end) in enumerate(spans.T.tolist()):
+            closed = self._open(noise[:, k], windows, means[octaves:, begin:end], begin + skipped)
             if closed is not None:
-                gated[k] = True
-                own = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
-                own[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(own)]
-        near = np.array([reaching(blocks, first + k, self.within) for k in range(count)])
+                gated += 1
+                inside = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
+                begin += skipped
+                inside[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(inside)]
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
-        bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
+        gains, leakage = self.gains, self.bands.gain
+        if bound_noise(noise, cores, near, gains, leakage, bounded, unresolved):
+            hidden = near[unresolved].tolist()
+            self.below_step += sum(on_steps(cores[begin:end]) for begin, end in hidden)
         self.noise.extend(noise[:octaves].T.copy())
-        loudest = np.broadcast_to(means[narrow:].max(axis=1), (count, len(self.bands.first)))
-        self.narrow.extend(np.stack((noise[narrow:].T, loudest), axis=1))
-        self.with_holes += int(np.count_nonzero(~gated)) * holes
-        self.below_step += sum(
-            on_steps(cores[begin:end]) for begin, end in near[unresolved].tolist()
-        )
+        bands = np.empty((count, 2, len(self.bands.first)))
+        put_narrow(noise[narrow:], means[narrow:], bands)
+        self.narrow.extend(bands)
+        self.with_holes += (count - gated) * holes
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
                 self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
-        out = np.empty((len(means), windows[which].blocks))
+        out = np.empty((len(means), own.blocks))
         background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
         return out
 
     def _open(
-        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int, end: int
+        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int
     ) -> np.ndarray | None:
         """Make `noise` that behind an open gate. Which GROUPs this attenuates; None without one.
 
-        The noise is read from BLOCKs `begin` to before `end` of the windows, which have these
-        means.
+        The noise is read from the BLOCKs of the windows from `begin` on, as many as have means.
         """
-        each, octaves = BLOCK // LONG_PART, self.scale.octaves
-        long_parts = _columns([one.long_parts for one in windows], each * begin, each * end)
+        each, octaves, end = BLOCK // LONG_PART, self.scale.octaves, begin + means.shape[1]
+        long_parts = columns([one.long_parts for one in windows], each * begin, each * end)
         opened = opened_noise(long_parts, noise[:octaves])
         if not opened:
             return None
         noise[:octaves] *= opened
         each = BLOCK // PART
-        parts = _columns([one.parts for one in windows], each * begin, each * end)
+        parts = columns([one.parts for one in windows], each * begin, each * end)
         closed = closed_in(parts, noise[:octaves], PER * (end - begin))
         share = 1.0 - closed.reshape(-1, PER).mean(axis=1)
         heard = share >= LEAST_OPEN
         if heard.any():
-            whole = np.zeros(1, np.int64), np.array([len(heard)])
+            whole = np.array([[0], [len(heard)]])
             filled = means / np.maximum(share, LEAST_OPEN)
             noise[octaves:] = noise_power(filled, heard, whole, self.mean_bias, False)[:, 0]
         else:
@@ -174,8 +171,15 @@ class Backgrounds:
             self.hum_crest = max(self.hum_crest, float((crest / octaves).max()))
 
 
-def _columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
+def joined(parts: list[np.ndarray], axis: int = 0) -> np.ndarray:
+    """Arrays one after the other; a single one as it is."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis)
+
+
+def columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
     """Columns from `first` to before `last` of arrays side by side."""
+    if len(parts) == 1 and first == 0 and last >= parts[0].shape[1]:
+        return parts[0]
     some, begin = [], 0
     for part in parts:
         some.append(part[:, max(first - begin, 0) : max(last - begin, 0)])
@@ -211,18 +215,6 @@ def on_steps(cores: np.ndarray) -> bool:
     """
     span = (cores[:, GREATEST] - cores[:, LEAST]) / cores[:, CONVERTER_STEP].min()
     return bool((np.abs(span - np.round(span)) < OFF_STEPS).all())
-
-
-def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
-    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
-    begin, end, before, after = which, which + 1, 0, 0
-    while begin > 0 and before < within:
-        begin -= 1
-        before += blocks[begin]
-    while end < len(blocks) and after < within:
-        after += blocks[end]
-        end += 1
-    return begin, end
 
 
 @functools.cache

@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._cores import Backgrounds, reaching
+from ._core_kernels import reaching
+from ._cores import Backgrounds
 from ._kernels import (
     EDGE,
     GROUP,
@@ -217,7 +218,7 @@ class Survey:
         """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
         levels = [one.levels for one in self.slabs]
-        blocks = [one.blocks for one in levels]
+        blocks = np.array([one.blocks for one in levels])
         begin, end = reaching(blocks, self.done, self.backgrounds.within)
         background = self.backgrounds.of(levels[begin:end], self.done - begin)
         octaves = background[: self.scale.octaves]
