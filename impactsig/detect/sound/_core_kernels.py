@@ -54,6 +54,16 @@ def put_extremes(x, per, out):
 
 
 @njit(nogil=True)
+def limits_of(cores):
+    """Least and greatest sample of some cores, and the step of the converter."""
+    least, greatest, step = np.inf, -np.inf, np.inf
+    for k in range(len(cores)):
+        least, greatest = min(least, cores[k, LEAST]), max(greatest, cores[k, GREATEST])
+        step = min(step, cores[k, CONVERTER_STEP])
+    return least, greatest, step
+
+
+@njit(nogil=True)
 def count_equal(x, every, value, other):
     """How many samples, of which one in so many is looked at, equal a value, and another."""
     count = others = 0

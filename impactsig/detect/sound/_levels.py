@@ -53,11 +53,11 @@ def levels_of(power: Powers, cores: np.ndarray, part: float) -> tuple[Levels, np
     narrow = len(parts) + len(power.low)  # the first of the bands
     long_parts = np.empty((narrow, power.low.shape[1]))
     means, sounding = np.empty((narrow + len(power.bands), blocks)), np.empty(blocks, np.bool_)
-    put_levels(power, parts, counted, silent, long_parts, means, sounding)
+    any_silent = put_levels(power, parts, counted, silent, long_parts, means, sounding)
     silent = silent[2 : groups + 2]
     silent_parts = np.zeros(len(counted), np.bool_)
     steps = np.empty(0), np.empty(0)
-    if silent.any():
+    if any_silent:
         silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
         steps = edge_steps(parts, counted, part)
     falls = falls_of(means[narrow:], sounding)
