@@ -199,7 +199,12 @@ def test_noise_is_at_least_that_of_rounding_and_of_steps():
 def test_noise_of_narrow_bands_lies_beside_their_greatest_mean():
     noise, means = np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0, 9.0, 6.0], [8.0, 7.0, 1.0]])
     out = np.empty((2, 2, 2))
-    put_narrow(noise, means, out)
+    put_narrow(
+        noise,
+        np.pad(means, ((0, 0), (2, 1)), constant_values=10.0),
+        np.array([[2, 3], [4, 5]]),
+        out,
+    )
     np.testing.assert_array_equal(out, [[[1.0, 3.0], [9.0, 8.0]], [[2.0, 4.0], [9.0, 8.0]]])
 
 

@@ -142,13 +142,15 @@ def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
 
 
 @njit(nogil=True)
-def put_narrow(noise, means, out):
+def put_narrow(noise, means, spans, out):
     """Put the noise of narrow bands (bands, cores) and their greatest means in `out`.
 
-    That is (cores, 2, bands).
+    Those nearby all cores are from spans[0, 0] to before spans[1, -1]. `out` is (cores, 2, bands).
     """
     for b in range(len(noise)):
-        greatest = means[b].max()
+        greatest = 0.0
+        for i in range(spans[0, 0], spans[1, -1]):
+            greatest = max(greatest, means[b, i])
         for k in range(noise.shape[1]):
             out[k, 0, b], out[k, 1, b] = noise[b, k], greatest
 

@@ -26,7 +26,7 @@ from ._core_kernels import (
 )
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
-from ._levels import Levels
+from ._levels import Levels, together
 from ._rise_kernels import LONG_PART, LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
@@ -83,80 +83,67 @@ class Backgrounds:
 
     def of(self, windows: list[Levels], which: int) -> np.ndarray:
         """That of octaves, low ones and bands in the BLOCKs of one window of these in a row."""
-        parts = joined([one.parts for one in windows], 1)
-        audible = joined([one.parts_sound for one in windows])
-        sound = joined([one.sound for one in windows])
-        if any(len(side) for one in windows for side in one.steps):
-            steps = [
-                np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)
-            ]
-            silent = np.concatenate([one.silent for one in windows])
-            fading = beside_fades(steps, audible, silent, PART * self.scale.hop / self.rate)
+        near, own = together(windows), windows[which]
+        audible, sound = near.parts_sound, near.sound
+        if len(near.steps[0]) or len(near.steps[1]):
+            part = PART * self.scale.hop / self.rate
+            fading = beside_fades(near.steps, audible, near.silent, part)
             if fading is not None:
                 audible = audible & ~fading
                 sound = sound & ~fading.reshape(len(sound), -1).any(axis=1)
-        holes = has_holes(*map(sum, zip(*(one.falls for one in windows), strict=True)))
-        cores = joined([one.cores for one in windows])
-        own, within = windows[which], self.within
+        holes = has_holes(*near.falls)
         first, count = sum(len(one.cores) for one in windows[:which]), len(own.cores)
-        near, spans = np.empty((count, 2), np.int64), np.empty((2, count), np.int64)
-        at = put_near(cores, first, within, near, spans)
-        skipped = max(at - within, 0)
-        means = columns([one.means for one in windows], skipped, at + own.blocks + within)
-        octaves, narrow = len(parts), len(means) - len(self.bands.first)
+        beside, spans = np.empty((count, 2), np.int64), np.empty((2, count), np.int64)
+        at = put_near(near.cores, first, self.within, beside, spans)
+        means, octaves = near.means, self.scale.octaves
+        narrow = len(means) - len(self.bands.first)
         noise = np.empty((len(means), count))
-        near_parts = BLOCK // PART * spans
-        noise[:octaves] = noise_power(parts, audible, near_parts, self.part_bias, holes)
-        sound = sound[skipped : skipped + means.shape[1]]
-        spans -= skipped
+        parts = BLOCK // PART * spans
+        noise[:octaves] = noise_power(near.parts, audible, parts, self.part_bias, holes)
         noise[octaves:] = noise_power(means[octaves:], sound, spans, self.mean_bias, holes)
         gated = 0
         self.closed = np.zeros(PER * own.blocks, np.bool_)
         for k, (begin, end) in enumerate(spans.T.tolist()):
-            closed = self._open(noise[:, k], windows, means[octaves:, begin:end], begin + skipped)
+            closed = self._open(noise[:, k], near, begin, end)
             if closed is not None:
                 gated += 1
                 inside = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
-                begin += skipped
                 inside[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(inside)]
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
         gains, leakage = self.gains, self.bands.gain
-        if bound_noise(noise, cores, near, gains, leakage, bounded, unresolved):
-            hidden = near[unresolved].tolist()
-            self.below_step += sum(on_steps(cores[begin:end]) for begin, end in hidden)
+        if bound_noise(noise, near.cores, beside, gains, leakage, bounded, unresolved):
+            hidden = beside[unresolved].tolist()
+            self.below_step += sum(on_steps(near.cores[begin:end]) for begin, end in hidden)
         self.noise.extend(noise[:octaves].T.copy())
         bands = np.empty((count, 2, len(self.bands.first)))
-        put_narrow(noise[narrow:], means[narrow:], bands)
+        put_narrow(noise[narrow:], means[narrow:], spans, bands)
         self.narrow.extend(bands)
         self.with_holes += (count - gated) * holes
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
                 self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
         out = np.empty((len(means), own.blocks))
-        background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
+        background(bounded, CORE // BLOCK, means, at, self.nearby, out)
         return out
 
-    def _open(
-        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int
-    ) -> np.ndarray | None:
+    def _open(self, noise: np.ndarray, near: Levels, begin: int, end: int) -> np.ndarray | None:
         """Make `noise` that behind an open gate. Which GROUPs this attenuates; None without one.
 
-        The noise is read from the BLOCKs of the windows from `begin` on, as many as have means.
+        The noise is read from BLOCKs `begin` to before `end`.
         """
-        each, octaves, end = BLOCK // LONG_PART, self.scale.octaves, begin + means.shape[1]
-        long_parts = columns([one.long_parts for one in windows], each * begin, each * end)
-        opened = opened_noise(long_parts, noise[:octaves])
+        each, octaves = BLOCK // LONG_PART, self.scale.octaves
+        opened = opened_noise(columns(near.long_parts, each * begin, each * end), noise[:octaves])
         if not opened:
             return None
         noise[:octaves] *= opened
         each = BLOCK // PART
-        parts = columns([one.parts for one in windows], each * begin, each * end)
+        parts = columns(near.parts, each * begin, each * end)
         closed = closed_in(parts, noise[:octaves], PER * (end - begin))
         share = 1.0 - closed.reshape(-1, PER).mean(axis=1)
         heard = share >= LEAST_OPEN
         if heard.any():
             whole = np.array([[0], [len(heard)]])
-            filled = means / np.maximum(share, LEAST_OPEN)
+            filled = near.means[octaves:, begin:end] / np.maximum(share, LEAST_OPEN)
             noise[octaves:] = noise_power(filled, heard, whole, self.mean_bias, False)[:, 0]
         else:
             noise[octaves:] *= opened
@@ -171,20 +158,9 @@ class Backgrounds:
             self.hum_crest = max(self.hum_crest, float((crest / octaves).max()))
 
 
-def joined(parts: list[np.ndarray], axis: int = 0) -> np.ndarray:
-    """Arrays one after the other; a single one as it is."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis)
-
-
-def columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
-    """Columns from `first` to before `last` of arrays side by side."""
-    if len(parts) == 1 and first == 0 and last >= parts[0].shape[1]:
-        return parts[0]
-    some, begin = [], 0
-    for part in parts:
-        some.append(part[:, max(first - begin, 0) : max(last - begin, 0)])
-        begin += part.shape[1]
-    return np.concatenate(some, axis=1)
+def columns(values: np.ndarray, first: int, last: int) -> np.ndarray:
+    """Columns from `first` to before `last`, side by side in memory."""
+    return np.ascontiguousarray(values[:, first:last])
 
 
 def window_size(scale: Scale) -> int:

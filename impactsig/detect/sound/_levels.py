@@ -30,6 +30,22 @@ class Levels(NamedTuple):
         return len(self.sound)
 
 
+def together(windows: list[Levels]) -> Levels:
+    """Levels of windows one after the other."""
+    if len(windows) == 1:
+        return windows[0]
+    *arrays, steps, falls, cores = zip(*windows, strict=True)
+    parts, counted, means, sound, silent, long_parts = (
+        np.concatenate(each, axis=-1) for each in arrays
+    )
+    opening, closing = (np.concatenate(side) for side in zip(*steps, strict=True))
+    pairs, deep, crossing = map(sum, zip(*falls, strict=True))
+    return Levels(
+        parts, counted, means, sound, silent, long_parts,
+        (opening, closing), (pairs, deep, crossing), np.concatenate(cores),
+    )  # fmt: skip
+
+
 class Powers(NamedTuple):
     """Powers of the frames of a window; those of octaves also before and after it."""
 

@@ -18,7 +18,9 @@ def low_quantiles(means, sounding, spans, share, hole, bias, out):
     below `hole` times the strongest of these is left out. Only about the lowest quarter of a band
     is looked at for each window, unless it has too few.
     """
-    columns, windows, first, last = means.shape[1], spans.shape[1], spans[0], spans[1]
+    first, last, windows = spans[0], spans[1], spans.shape[1]
+    begins, ends = (first[0], last[-1]) if windows else (0, 0)
+    columns = ends - begins
     step = max(columns // SAMPLE, 1)
     low, place, room = np.empty(columns + 1), np.empty(columns + 1, np.int64), np.empty(columns + 1)
     heard = np.empty(windows, np.int64)
@@ -28,11 +30,11 @@ def low_quantiles(means, sounding, spans, share, hole, bias, out):
             heard[k] += sounding[j]
     for b in range(len(means)):
         row, few, count = means[b], 0, np.uint64(0)
-        for j in range(0, columns, step):
+        for j in range(begins, ends, step):
             room[few] = row[j]
             few += sounding[j]
         level = select(room, 0, few - 1, few // QUARTER) if few else np.inf
-        for j in range(np.uint64(columns)):
+        for j in range(np.uint64(begins), np.uint64(ends)):
             low[count], place[count] = row[j], j
             count += np.uint64(sounding[j] & (row[j] <= level))
         begin = end = 0
