@@ -266,7 +266,7 @@ def search(
         (CLIPPED * clipped[kept]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        float(alike[kept].mean()) if len(kept) else 0.0,
+        int(np.count_nonzero(alike[kept])) / max(len(kept), 1),
         reason,
         (
             *((not limits.two_valued and converter_notes(survey)) or limits.notes()),
@@ -297,4 +297,5 @@ def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
 
 def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:
     """RMS of the samples in the octaves, from the power of their details."""
-    return math.sqrt(float(np.sum(power / (gains * 2.0 ** (1 + np.arange(len(power)))))))
+    each = zip(power.tolist(), gains.tolist(), strict=True)
+    return math.sqrt(sum(own / (gain * 2.0 ** (1 + b)) for b, (own, gain) in enumerate(each)))
