@@ -234,3 +234,4 @@ def test_bands_that_go_on_to_rise_are_no_low_tone(goes_on):
     found = candidates(passage, SPREAD, SCALE, RATE)
     near = np.abs(found.frame - COUNT // 2) < 10 * GROUP
     assert (found.probability[near] > 0.5).any() == (not goes_on)
+    assert found.narrow[near].all() == (not goes_on)
