@@ -201,8 +201,7 @@ class Impacts:
         if self.recorded_at is not None:
             instance("recorded_at", self.recorded_at, datetime)
         store["disturbances"] = disturbances(self.disturbances)
-        for name, value in store.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(store)  # it is frozen from here on
 
     def __reduce__(self) -> tuple[Any, ...]:
         """To other processes and back: what was given, the settings as a plain dict."""

@@ -149,9 +149,11 @@ class Recording:
     def channel(self, which: str | int) -> Recording:
         """Select one channel, by name or index; its samples have shape (n,)."""
         index = channel_index(self.channels, which)
+        if self.samples.ndim == 1:
+            return self
         return replace(
             self,
-            samples=self.samples if self.samples.ndim == 1 else self.samples[:, index],
+            samples=self.samples[:, index],
             units=(self.units[index],),
             channels=(self.channels[index],),
         )

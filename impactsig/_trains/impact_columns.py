@@ -99,6 +99,8 @@ def flag_column(value: Any, length: int) -> np.ndarray:
     InvalidInput
         If they are not so many, or not whole numbers from 0 to 255.
     """
+    if type(value) is np.ndarray and value.dtype == np.uint8 and value.shape == (length,):
+        return value.copy()
     required = f"whole numbers from 0 to 255, shape ({length},)"
     given = reals("flags", value, required)
     if given.shape == (0,):
@@ -119,7 +121,7 @@ def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]
     InvalidInput
         If they are no finite times, or an impact lies outside the run.
     """
-    begin = float(time[0]) if len(time) else 0.0
+    begin = first = float(time[0]) if len(time) else 0.0
     if start is not None:
         begin = number("start", start, "a finite time [s]")
     last = float(time[-1]) if len(time) else begin
@@ -127,10 +129,10 @@ def run_span(time: np.ndarray, start: Any, duration: Any) -> tuple[float, float]
     if duration is not None:
         span = number("duration", duration, "a finite time, 0 or greater [s]", least=0)
     slack = 1e-9 * max(1.0, abs(last))
-    if len(time) and (time[0] < begin - slack or last > begin + span + slack):
+    if len(time) and (first < begin - slack or last > begin + span + slack):
         raise InvalidInput(
             "time",
-            f"{time[0]:.9g} ... {last:.9g} s",
+            f"{first:.9g} ... {last:.9g} s",
             f"instants inside the run, {begin:.9g} to {begin + span:.9g} s",
         )
     return begin, span

@@ -540,9 +540,9 @@ def test_twin(rate):
     (passage,) = survey.passages
     c, loud = naive_sound.octave_rise(x, scale, rate, CORE)
     np.testing.assert_allclose(passage.octaves, c[::SAMPLED], atol=1e-6)
-    freedom = degrees_of_freedom(float(rate), survey.bands.hop, PER), survey.frame_freedom
+    freedom = degrees_of_freedom(float(rate), survey.bands.hop, PER), survey.lengths.freedom
     b, likelihood, known = naive_sound.band_rise(
-        x, rate, survey.bands.hop, survey.bands, freedom, survey.lag, CORE // 16
+        x, rate, survey.bands.hop, survey.bands, freedom, survey.lengths.lag, CORE // 16
     )
     np.testing.assert_allclose(passage.bands, b, atol=1e-5)
     np.testing.assert_allclose(passage.likelihood, likelihood, rtol=1e-4, atol=1e-4)

@@ -81,6 +81,15 @@ def test_from_times_sorts_with_what_belongs_to_them():
     assert (train.start, train.duration) == (1.0, 2.0)
 
 
+def test_flags_are_copied_and_as_many_as_the_impacts():
+    flags = np.array([4, 0], np.uint8)
+    train = Impacts([1.0, 3.0], flags=flags)
+    flags[:] = 1
+    assert train.flags.tolist() == [4, 0]
+    with pytest.raises(InvalidInput, match="flags"):
+        Impacts([1.0, 3.0, 4.0], flags=flags)
+
+
 @pytest.mark.parametrize(
     ("argument", "known"),
     [

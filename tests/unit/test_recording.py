@@ -69,6 +69,8 @@ def test_channels_by_name_index_and_digits():
     assert rec.channel("1").unit == "V"  # a name goes before an index
     assert rec.channel("0").channels == ("force",)
     assert rec.unit == "N, V"
+    only = rec.channel(0)
+    assert only.channel("force") is only
     for which in ("torque", 2, -1, 1.5, True):
         with pytest.raises(InvalidInput, match="channel"):
             rec.channel(which)

@@ -14,6 +14,7 @@ from impactsig.detect.sound._core_kernels import (
     ROUNDING,
     bound_noise,
     may_hum,
+    put_narrow,
 )
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
 from impactsig.detect.sound.powers.bands import Spectrum, bands_at, degrees_of_freedom
@@ -23,7 +24,7 @@ from impactsig.detect.sound.powers.holes import falls_of, has_holes
 
 def noise_of(means, sounding, bias, *, holes=False):
     """Of one window that is all there is."""
-    whole = np.array([0]), np.array([len(sounding)])
+    whole = np.array([[0], [len(sounding)]])
     return noise_power(means, sounding, whole, bias, holes)[:, 0]
 
 
@@ -105,7 +106,7 @@ def test_noise_of_windows_is_the_quantile_of_each(kind, share, holes):
     sounding = rng.random(400) < share
     first, last = np.array([0, 0, 60, 100, 300, 400]), np.array([50, 120, 120, 300, 301, 400])
     bias = rng.uniform(0.5, 1.0, 5)
-    noise = noise_power(means, sounding, (first, last), bias, holes)
+    noise = noise_power(means, sounding, np.array([first, last]), bias, holes)
     for k, (begin, end) in enumerate(zip(first, last, strict=True)):
         for b in range(5):
             values = np.sort(means[b, begin:end][sounding[begin:end]])
@@ -181,7 +182,7 @@ def test_noise_is_at_least_that_of_rounding_and_of_steps():
     noise = np.random.default_rng(4).exponential(3e-4, (7, 3))  # three octaves, two low ones
     noise[:, 0] *= 1e-9
     bounded, unresolved = np.empty((7, 3)), np.empty(3, np.bool_)
-    bound_noise(noise, cores, near, gains, leakage, bounded, unresolved)
+    assert bound_noise(noise, cores, near, gains, leakage, bounded, unresolved)
     steps, size = np.array([0.0, 0.1, 0.1]), np.array([2.0, 3.0, 5.0])
     toggling, rounding = 0.25 * steps**2, ([0.0, 0.0, 1e-3] * size) ** 2
     least = np.empty((7, 3))
@@ -193,6 +194,18 @@ def test_noise_is_at_least_that_of_rounding_and_of_steps():
     hidden = np.median(noise[:3], axis=0) < toggling * np.median(gains) / 3.0
     np.testing.assert_array_equal(unresolved, hidden)
     assert 0 < hidden.sum() < 3
+
+
+def test_noise_of_narrow_bands_lies_beside_their_greatest_mean():
+    noise, means = np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0, 9.0, 6.0], [8.0, 7.0, 1.0]])
+    out = np.empty((2, 2, 2))
+    put_narrow(
+        noise,
+        np.pad(means, ((0, 0), (2, 1)), constant_values=10.0),
+        np.array([[2, 3], [4, 5]]),
+        out,
+    )
+    np.testing.assert_array_equal(out, [[[1.0, 3.0], [9.0, 8.0]], [[2.0, 4.0], [9.0, 8.0]]])
 
 
 def test_hum_may_be_heard_where_its_crests_count():

@@ -15,8 +15,15 @@ from impactsig.detect.sound._cores import window_size
 from impactsig.detect.sound._kernels import GROUP
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._windows import windows
+from impactsig.detect.sound.powers._ringing_kernels import prediction_gain
 from impactsig.detect.sound.powers.bands import bands_at
-from impactsig.detect.sound.powers.ringing import lasting, modes_in, predictable, prediction
+from impactsig.detect.sound.powers.ringing import (
+    lasting,
+    modes_in,
+    octaves_at,
+    predictable,
+    prediction,
+)
 from impactsig.detect.sound.sound import detect_sound, surveyed
 
 
@@ -158,3 +165,23 @@ def test_a_waveform_in_the_record_times_strikes_where_attacks_agree(rate, seed):
     _, scatter, off = measured(x, rate, time, 5e-3)
     assert scatter < 6e-6
     assert off < 1.5
+
+
+@pytest.mark.parametrize("cores", [1, 2, 5])
+def test_the_gain_of_prediction_is_that_of_arithmetic_over_geometric_means(cores):
+    scale = scale_at(22_050.0)
+    gain, edges, share = octaves_at(22_050.0, scale)
+    assert edges[-1] == len(gain)
+    narrow = np.random.default_rng(cores).exponential(1.0, (cores, 2, len(gain))) ** 4
+    narrow[:, 1] *= 1e3
+    narrow[0, 0] = 0.0
+    noise, loudest = (narrow / gain).swapaxes(0, 1)
+    gains = []
+    for first, last in pairwise(edges):
+        least = 1e-4 * loudest[:, first:last].max(axis=1)
+        own, weights = np.maximum(noise[:, first:last], least[:, None]), gain[first:last]
+        np.testing.assert_allclose(share[first:last], weights / weights.sum())
+        mean = np.average(own, axis=1, weights=weights)
+        gains.append(np.log(mean) - np.average(np.log(own), axis=1, weights=weights))
+    expected = np.median(gains, axis=1).max()
+    assert prediction_gain(narrow, gain, edges, share) == pytest.approx(expected, rel=1e-12)

@@ -9,8 +9,8 @@ from benchmarks.recordings import microphone
 from impactsig.detect.signal.stream import Piece
 from impactsig.detect.sound import _cores
 from impactsig.detect.sound._attack_kernels import counting_as_one
-from impactsig.detect.sound._core_kernels import CHANGES, extremes
-from impactsig.detect.sound._cores import cores_of, reaching, window_size
+from impactsig.detect.sound._core_kernels import BLOCKS, CHANGES, extremes, put_near, reaching
+from impactsig.detect.sound._cores import cores_of, window_size
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
@@ -65,10 +65,15 @@ def test_short_silences_are_read_as_if_they_had_been_bridged():
 
 
 def test_stretches_within_reach_of_one():
-    blocks = [64, 64, 10, 64, 64]
+    blocks = np.array([64, 64, 10, 64, 64])
     assert reaching(blocks, 2, 64) == (1, 4)
     assert reaching(blocks, 2, 65) == (0, 5)
     assert reaching(blocks, 0, 0) == (0, 1)
+    cores, near, spans = np.empty((5, 5)), np.empty((3, 2), np.int64), np.empty((2, 3), np.int64)
+    cores[:, BLOCKS] = blocks
+    assert put_near(cores, 1, 65, near, spans) == 64
+    np.testing.assert_array_equal(near, [[0, 4], [0, 5], [1, 5]])
+    np.testing.assert_array_equal(spans, [[0, 63, 73], [193, 203, 266]])
 
 
 def test_samples_beside_a_window_end_where_those_of_the_segment_do():

@@ -54,6 +54,16 @@ def put_extremes(x, per, out):
 
 
 @njit(nogil=True)
+def limits_of(cores):
+    """Least and greatest sample of some cores, and the step of the converter."""
+    least, greatest, step = np.inf, -np.inf, np.inf
+    for k in range(len(cores)):
+        least, greatest = min(least, cores[k, LEAST]), max(greatest, cores[k, GREATEST])
+        step = min(step, cores[k, CONVERTER_STEP])
+    return least, greatest, step
+
+
+@njit(nogil=True)
 def count_equal(x, every, value, other):
     """How many samples, of which one in so many is looked at, equal a value, and another."""
     count = others = 0
@@ -64,12 +74,47 @@ def count_equal(x, every, value, other):
 
 
 @njit(nogil=True)
+def reaching(blocks, which, within):
+    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
+    begin, end, before, after = which, which + 1, 0, 0
+    while begin > 0 and before < within:
+        begin -= 1
+        before += blocks[begin]
+    while end < len(blocks) and after < within:
+        after += blocks[end]
+        end += 1
+    return begin, end
+
+
+@njit(nogil=True)
+def put_near(cores, first, within, near, spans):
+    """What lies `within` some blocks of each core, from the first on.
+
+    near[k] are the first and the end of the cores, spans[:, k] those of the blocks. Returns the
+    block at which the first core begins.
+    """
+    blocks, total = np.empty(len(cores), np.int64), 0
+    for i in range(len(cores)):
+        blocks[i] = cores[i, BLOCKS]
+        total += blocks[i]
+    at = blocks[:first].sum()
+    start = at
+    for k in range(len(near)):
+        end = start + blocks[first + k]
+        near[k] = reaching(blocks, first + k, within)
+        spans[0, k], spans[1, k] = max(start - within, 0), min(end + within, total)
+        start = end
+    return at
+
+
+@njit(nogil=True)
 def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
     """out[:, k]: noise of core k, at least that of rounding and of the steps of a converter.
 
     Rows are the octaves, of which white noise of power 1 has `gains`, the low octaves, and narrow
     bands, of which it has `leakage`. The extremes, resolution and step are those of the `cores`
     from near[k, 0] to before near[k, 1]. unresolved[k]: whether steps hide the noise of octaves.
+    Returns whether they do in any.
     """
     octaves, bands = len(gains), len(noise) - len(leakage)
     room = np.empty(octaves)
@@ -93,6 +138,21 @@ def bound_noise(noise, cores, near, gains, leakage, out, unresolved):
         for b in range(bands, len(noise)):
             least = max(rounded, toggling) * leakage[b - bands]
             out[b, k] = max(noise[b, k], least)
+    return unresolved.any()
+
+
+@njit(nogil=True)
+def put_narrow(noise, means, spans, out):
+    """Put the noise of narrow bands (bands, cores) and their greatest means in `out`.
+
+    Those nearby all cores are from spans[0, 0] to before spans[1, -1]. `out` is (cores, 2, bands).
+    """
+    for b in range(len(noise)):
+        greatest = 0.0
+        for i in range(spans[0, 0], spans[1, -1]):
+            greatest = max(greatest, means[b, i])
+        for k in range(noise.shape[1]):
+            out[k, 0, b], out[k, 1, b] = noise[b, k], greatest
 
 
 @njit(nogil=True)

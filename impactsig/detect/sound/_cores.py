@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from itertools import accumulate
 
 import numpy as np
 
@@ -22,10 +21,12 @@ from ._core_kernels import (
     bound_noise,
     may_hum,
     put_extremes,
+    put_narrow,
+    put_near,
 )
 from ._kernels import BLOCK, EDGE, GROUP, Scale, octave_powers
 from ._level_kernels import PART, PER
-from ._levels import Levels
+from ._levels import Levels, together
 from ._rise_kernels import LONG_PART, LOW
 from .powers.band_kernels import background
 from .powers.bands import Bands, degrees_of_freedom
@@ -82,84 +83,67 @@ class Backgrounds:
 
     def of(self, windows: list[Levels], which: int) -> np.ndarray:
         """That of octaves, low ones and bands in the BLOCKs of one window of these in a row."""
-        parts = np.concatenate([one.parts for one in windows], axis=1)
-        audible = np.concatenate([one.parts_sound for one in windows])
-        sound = np.concatenate([one.sound for one in windows])
-        steps = [np.concatenate(side) for side in zip(*(one.steps for one in windows), strict=True)]
-        if len(steps[0]) or len(steps[1]):
-            silent = np.concatenate([one.silent for one in windows])
-            fading = beside_fades(steps, audible, silent, PART * self.scale.hop / self.rate)
+        near, own = together(windows), windows[which]
+        audible, sound = near.parts_sound, near.sound
+        if len(near.steps[0]) or len(near.steps[1]):
+            part = PART * self.scale.hop / self.rate
+            fading = beside_fades(near.steps, audible, near.silent, part)
             if fading is not None:
-                audible &= ~fading
-                sound &= ~fading.reshape(len(sound), -1).any(axis=1)
-        pairs, deep, crossing = (sum([one.falls[k] for one in windows]) for k in range(3))
-        holes = has_holes(pairs, deep, crossing)
-        cores = np.concatenate([one.cores for one in windows])
-        blocks = cores[:, BLOCKS].astype(int).tolist()
-        first = sum(len(one.cores) for one in windows[:which])
-        count = len(windows[which].cores)
-        begins = np.array([0, *accumulate(blocks)])[first : first + count + 1]
-        at = int(begins[0])
-        skipped, last = max(at - self.within, 0), at + windows[which].blocks + self.within
-        means = _columns([one.means for one in windows], skipped, last)
-        ends = np.minimum(begins[1:] + self.within, len(sound))
-        begins = np.maximum(begins[:-1] - self.within, 0)
-        octaves, narrow = len(parts), len(means) - len(self.bands.first)
+                audible = audible & ~fading
+                sound = sound & ~fading.reshape(len(sound), -1).any(axis=1)
+        holes = has_holes(*near.falls)
+        first, count = sum(len(one.cores) for one in windows[:which]), len(own.cores)
+        beside, spans = np.empty((count, 2), np.int64), np.empty((2, count), np.int64)
+        at = put_near(near.cores, first, self.within, beside, spans)
+        means, octaves = near.means, self.scale.octaves
+        narrow = len(means) - len(self.bands.first)
         noise = np.empty((len(means), count))
-        near_parts = BLOCK // PART * begins, BLOCK // PART * ends
-        noise[:octaves] = noise_power(parts, audible, near_parts, self.part_bias, holes)
-        noise[octaves:] = noise_power(
-            means[octaves:], sound[skipped:last], (begins - skipped, ends - skipped),
-            self.mean_bias, holes,
-        )  # fmt: skip
-        gated = np.zeros(count, np.bool_)
-        self.closed = np.zeros(PER * windows[which].blocks, np.bool_)
-        for k, (begin, end) in enumerate(zip(begins, ends, strict=True)):
-            inside = means[octaves:, begin - skipped : end - skipped]
-            closed = self._open(noise[:, k], windows, inside, begin, end)
+        parts = BLOCK // PART * spans
+        noise[:octaves] = noise_power(near.parts, audible, parts, self.part_bias, holes)
+        noise[octaves:] = noise_power(means[octaves:], sound, spans, self.mean_bias, holes)
+        gated = 0
+        self.closed = np.zeros(PER * own.blocks, np.bool_)
+        for k, (begin, end) in enumerate(spans.T.tolist()):
+            closed = self._open(noise[:, k], near, begin, end)
             if closed is not None:
-                gated[k] = True
-                own = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
-                own[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(own)]
-        near = np.array([reaching(blocks, first + k, self.within) for k in range(count)])
+                gated += 1
+                inside = self.closed[PER * CORE // BLOCK * k :][: PER * CORE // BLOCK]
+                inside[:] = closed[PER * (at + CORE // BLOCK * k - begin) :][: len(inside)]
         bounded, unresolved = np.empty_like(noise), np.empty(count, np.bool_)
-        bound_noise(noise, cores, near, self.gains, self.bands.gain, bounded, unresolved)
+        gains, leakage = self.gains, self.bands.gain
+        if bound_noise(noise, near.cores, beside, gains, leakage, bounded, unresolved):
+            hidden = beside[unresolved].tolist()
+            self.below_step += sum(on_steps(near.cores[begin:end]) for begin, end in hidden)
         self.noise.extend(noise[:octaves].T.copy())
-        loudest = np.broadcast_to(means[narrow:].max(axis=1), (count, len(self.bands.first)))
-        self.narrow.extend(np.stack((noise[narrow:].T, loudest), axis=1))
-        self.with_holes += int(np.count_nonzero(~gated)) * holes
-        self.below_step += sum(
-            on_steps(cores[begin:end]) for begin, end in near[unresolved].tolist()
-        )
+        bands = np.empty((count, 2, len(self.bands.first)))
+        put_narrow(noise[narrow:], means[narrow:], spans, bands)
+        self.narrow.extend(bands)
+        self.with_holes += (count - gated) * holes
         if may_hum(bounded[:octaves], noise[narrow:], self.hum_crests[:, : self.below]):
             for k in range(count):
                 self._hear_hum(bounded[:octaves, k], noise[narrow:, k])
-        out = np.empty((len(means), windows[which].blocks))
-        background(bounded, CORE // BLOCK, means, at - skipped, self.nearby, out)
+        out = np.empty((len(means), own.blocks))
+        background(bounded, CORE // BLOCK, means, at, self.nearby, out)
         return out
 
-    def _open(
-        self, noise: np.ndarray, windows: list[Levels], means: np.ndarray, begin: int, end: int
-    ) -> np.ndarray | None:
+    def _open(self, noise: np.ndarray, near: Levels, begin: int, end: int) -> np.ndarray | None:
         """Make `noise` that behind an open gate. Which GROUPs this attenuates; None without one.
 
-        The noise is read from BLOCKs `begin` to before `end` of the windows, which have these
-        means.
+        The noise is read from BLOCKs `begin` to before `end`.
         """
         each, octaves = BLOCK // LONG_PART, self.scale.octaves
-        long_parts = _columns([one.long_parts for one in windows], each * begin, each * end)
-        opened = opened_noise(long_parts, noise[:octaves])
+        opened = opened_noise(columns(near.long_parts, each * begin, each * end), noise[:octaves])
         if not opened:
             return None
         noise[:octaves] *= opened
         each = BLOCK // PART
-        parts = _columns([one.parts for one in windows], each * begin, each * end)
+        parts = columns(near.parts, each * begin, each * end)
         closed = closed_in(parts, noise[:octaves], PER * (end - begin))
         share = 1.0 - closed.reshape(-1, PER).mean(axis=1)
         heard = share >= LEAST_OPEN
         if heard.any():
-            whole = np.zeros(1, np.int64), np.array([len(heard)])
-            filled = means / np.maximum(share, LEAST_OPEN)
+            whole = np.array([[0], [len(heard)]])
+            filled = near.means[octaves:, begin:end] / np.maximum(share, LEAST_OPEN)
             noise[octaves:] = noise_power(filled, heard, whole, self.mean_bias, False)[:, 0]
         else:
             noise[octaves:] *= opened
@@ -174,13 +158,9 @@ class Backgrounds:
             self.hum_crest = max(self.hum_crest, float((crest / octaves).max()))
 
 
-def _columns(parts: list[np.ndarray], first: int, last: int) -> np.ndarray:
-    """Columns from `first` to before `last` of arrays side by side."""
-    some, begin = [], 0
-    for part in parts:
-        some.append(part[:, max(first - begin, 0) : max(last - begin, 0)])
-        begin += part.shape[1]
-    return np.concatenate(some, axis=1)
+def columns(values: np.ndarray, first: int, last: int) -> np.ndarray:
+    """Columns from `first` to before `last`, side by side in memory."""
+    return np.ascontiguousarray(values[:, first:last])
 
 
 def window_size(scale: Scale) -> int:
@@ -211,18 +191,6 @@ def on_steps(cores: np.ndarray) -> bool:
     """
     span = (cores[:, GREATEST] - cores[:, LEAST]) / cores[:, CONVERTER_STEP].min()
     return bool((np.abs(span - np.round(span)) < OFF_STEPS).all())
-
-
-def reaching(blocks: list[int], which: int, within: int) -> tuple[int, int]:
-    """First and end of the stretches, of so many blocks each, that lie `within` some of one."""
-    begin, end, before, after = which, which + 1, 0, 0
-    while begin > 0 and before < within:
-        begin -= 1
-        before += blocks[begin]
-    while end < len(blocks) and after < within:
-        after += blocks[end]
-        end += 1
-    return begin, end
 
 
 @functools.cache

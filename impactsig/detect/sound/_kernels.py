@@ -186,10 +186,15 @@ def add_rise(after, before, least, weight, ratio, out):
 def loudness(after, background, weights, frames, out):
     """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
     for k in range(len(frames)):
-        j = frames[k]
-        total = 0.0
-        for b in range(after.shape[0]):
-            level = 2.0 * background[b, j // BLOCK]
-            if after[b, j] > level > 0.0:
-                total += weights[b] * np.log(after[b, j] / level)
-        out[k] = total
+        out[k] = loudness_at(after, background, weights, frames[k])
+
+
+@fused
+def loudness_at(after, background, weights, j):
+    """Mean over the octaves of max(0, ln(after / 2 background)) at frame j."""
+    total = 0.0
+    for b in range(after.shape[0]):
+        level = 2.0 * background[b, j // BLOCK]
+        if after[b, j] > level > 0.0:
+            total += weights[b] * np.log(after[b, j] / level)
+    return total

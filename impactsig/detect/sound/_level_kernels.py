@@ -35,6 +35,8 @@ def put_levels(power, parts, counted, silent, long_parts, means, sounding):
     long_parts : means in LONG_PARTs of the octaves and the low ones
     means : means in BLOCKs of all, of what is heard there if anything is
     sounding : whether the BLOCKs have bands that are
+
+    Returns whether any of the groups is silent.
     """
     known, low_parts, octaves = power.known, power.low, len(power.octaves)
     groups, narrow = len(known), octaves + len(low_parts)
@@ -55,6 +57,7 @@ def put_levels(power, parts, counted, silent, long_parts, means, sounding):
             p = parts[b, LONG_PART // PART * i : LONG_PART // PART * (i + 1)]
             long_parts[b, i] = 0.25 * ((p[0] + p[1]) + (p[2] + p[3]))
     long_parts[octaves:] = low_parts
+    return silent[2 : groups + 2].any()
 
 
 @fused

@@ -30,6 +30,22 @@ class Levels(NamedTuple):
         return len(self.sound)
 
 
+def together(windows: list[Levels]) -> Levels:
+    """Levels of windows one after the other."""
+    if len(windows) == 1:
+        return windows[0]
+    *arrays, steps, falls, cores = zip(*windows, strict=True)
+    parts, counted, means, sound, silent, long_parts = (
+        np.concatenate(each, axis=-1) for each in arrays
+    )
+    opening, closing = (np.concatenate(side) for side in zip(*steps, strict=True))
+    pairs, deep, crossing = map(sum, zip(*falls, strict=True))
+    return Levels(
+        parts, counted, means, sound, silent, long_parts,
+        (opening, closing), (pairs, deep, crossing), np.concatenate(cores),
+    )  # fmt: skip
+
+
 class Powers(NamedTuple):
     """Powers of the frames of a window; those of octaves also before and after it."""
 
@@ -53,11 +69,11 @@ def levels_of(power: Powers, cores: np.ndarray, part: float) -> tuple[Levels, np
     narrow = len(parts) + len(power.low)  # the first of the bands
     long_parts = np.empty((narrow, power.low.shape[1]))
     means, sounding = np.empty((narrow + len(power.bands), blocks)), np.empty(blocks, np.bool_)
-    put_levels(power, parts, counted, silent, long_parts, means, sounding)
+    any_silent = put_levels(power, parts, counted, silent, long_parts, means, sounding)
     silent = silent[2 : groups + 2]
     silent_parts = np.zeros(len(counted), np.bool_)
     steps = np.empty(0), np.empty(0)
-    if silent.any():
+    if any_silent:
         silent_parts[: GROUP // PART * groups] = np.repeat(silent, GROUP // PART)
         steps = edge_steps(parts, counted, part)
     falls = falls_of(means[narrow:], sounding)

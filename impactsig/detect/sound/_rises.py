@@ -17,8 +17,6 @@ impacts the median is the power half way between two of them.
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from ._kernels import EDGE, Scale
@@ -82,12 +80,6 @@ class Rises:
         out = np.full(every.shape[2], CLEAR)
         rise_likelihood(every, low, left, parts, first, background, self.means, out)
         return out
-
-
-@functools.lru_cache(maxsize=8)
-def rises_at(scale: Scale) -> Rises:
-    """The Rises at these lengths, which no record changes."""
-    return Rises(scale)
 
 
 def clear_ratio(*freedom: float) -> np.ndarray:

@@ -8,13 +8,13 @@ in octaves; for every fourth the likelihood of a rise in one octave; and the cre
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from ._cores import Backgrounds, reaching
+from ._core_kernels import reaching
+from ._cores import Backgrounds
 from ._kernels import (
     EDGE,
     GROUP,
@@ -27,20 +27,16 @@ from ._kernels import (
 )
 from ._level_kernels import PART, PER, put_known
 from ._levels import Levels, Powers, levels_of
-from ._nearby_kernels import crests
 from ._rise_kernels import DEEPEST, LOCAL
-from ._rises import Rises, rises_at
+from ._survey_kernels import clear_unknown, put_crests
+from ._survey_lengths import SurveyLengths, survey_lengths_at
 from ._windows import Window
 from .powers.band_kernels import band_growth, band_rise, frames_above
-from .powers.bands import Bands, Spectrum, bands_at, degrees_of_freedom
-from .powers.closings import octave_weights
+from .powers.bands import Bands, Spectrum
 from .powers.filtering import Filter
 from .powers.gate import Gate
 
-LAG = 10e-3  # [s], over which narrow bands rise
-LATER = 17e-3  # [s] after which it is asked whether they go on to rise
 RISEN, LIKELY = 0.2, 20.0  # rise in narrow bands, or likelihood of one, for which that is checked
-LOW = 200.0  # [Hz], below which a rise in one narrow band is not significant
 LEAST = 0.5  # crests kept, in standard deviations of the rise in noise
 
 
@@ -100,52 +96,43 @@ class Survey:
     scale: Scale
     rate: float
     filter: Filter | None = None
-    bands: Bands = field(init=False)
+    lengths: SurveyLengths = field(init=False)
     spectrum: Spectrum = field(init=False)
     gate: Gate = field(init=False)
-    rises: Rises = field(init=False)
     backgrounds: Backgrounds = field(init=False)
-    weights: np.ndarray = field(init=False)
-    spread: float = field(init=False)  # standard deviation of the rise in noise, about
     hum_crest: float = 0.0  # of hum that is filtered out, above the noise [neper of power]
-    lag: int = field(init=False)
-    later: int = field(init=False)
     spoilt: int = field(init=False)  # frames at either end of samples that a filter spoils
-    begins: int = field(init=False)  # frames of the narrow bands that a segment's start spoils
     margin: tuple[int, int] = field(init=False)  # frames that a window needs beside it
     passages: list[Passage] = field(default_factory=list)
     parts: list[Passage] = field(default_factory=list)  # of the next one
     slabs: list[Slab] = field(default_factory=list)
     done: int = 0  # of the slabs
-    tail: np.ndarray = field(default_factory=lambda: np.empty(0))  # rise not yet searched
-    tail_loud: np.ndarray = field(default_factory=lambda: np.empty(0))  # the loudness there
-    carried: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # last band powers
+    tail: np.ndarray = field(init=False)  # rise not yet searched
+    tail_loud: np.ndarray = field(init=False)  # the loudness there
+    carried: np.ndarray = field(init=False)  # last band powers
     scratch: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))  # of the octaves
     after: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))  # powers after frames
-    every: np.ndarray = field(default_factory=lambda: np.empty((2, 0, 0)))  # both sides of some
+    every: np.ndarray = field(init=False)  # both sides of some
 
     def __post_init__(self) -> None:
-        scale = self.scale
-        hop = GROUP * scale.hop
-        self.bands = bands_at(self.rate, hop)
-        self.spectrum = Spectrum(self.bands)
-        self.gate = Gate(scale, self.rate, self.bands)
-        self.rises = rises_at(scale)
-        self.backgrounds = Backgrounds(scale, self.rate, self.bands, self.filter)
-        self.spoilt = 0 if self.filter is None else -(-self.filter.reach // scale.hop)
-        self.weights = octave_weights(scale.octaves)
-        count = scale.forward * scale.hop / 2.0 ** (1 + np.arange(scale.octaves))
-        self.spread = math.sqrt(scale.octaves) / float(np.sqrt(count).sum())
-        self.lag = max(round(LAG * self.rate / hop), 1)
-        self.later = max(round(LATER * self.rate / hop), 1)
-        half = len(self.bands.window) // 2
-        self.begins = self.lag + -(-half // hop)
-        beside = max(2 * GROUP, -(-half // scale.hop), scale.past)
-        margin = beside + EDGE, beside + max(scale.forward, GROUP) + EDGE
-        left, right = (max(own, low) for own, low in zip(margin, self.rises.margin, strict=True))
+        self.lengths = survey_lengths_at(self.scale, self.rate)
+        bands = self.lengths.bands
+        self.spectrum = Spectrum(bands)
+        self.gate = Gate(self.scale, self.rate, bands)
+        self.backgrounds = Backgrounds(self.scale, self.rate, bands, self.filter)
+        self.spoilt = 0 if self.filter is None else -(-self.filter.reach // self.scale.hop)
+        left, right = self.lengths.margin
         self.margin = -(-(left + self.spoilt) // DEEPEST) * DEEPEST, right + self.spoilt
-        self.frame_freedom = degrees_of_freedom(self.rate, hop, 1).copy()
-        self.frame_freedom[self.bands.first * self.rate < LOW * len(self.bands.window)] = 0.0
+
+    @property
+    def bands(self) -> Bands:
+        """The narrow bands."""
+        return self.lengths.bands
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the rise of octaves in noise, about."""
+        return self.lengths.spread
 
     def add(self, window: Window, cores: np.ndarray) -> None:
         """Add the next window of the record, with its `cores_of`."""
@@ -180,7 +167,7 @@ class Survey:
         x = self.gate.bridged(x, power, rest, cores)
         groups = -(-count // GROUP)
         each = [free[: total // 2], free[total // 2 : total // 2 * 2], high[: total // 2]]
-        low, low_parts = self.rises.powers(rest, left, -(-groups // 2), each)
+        low, low_parts = self.lengths.rises.powers(rest, left, -(-groups // 2), each)
         real = -(-valid[0] // hop) + EDGE * (valid[0] > 0), valid[1] // hop - EDGE
         if window.first == 0:
             self.gate.begin()
@@ -217,7 +204,7 @@ class Survey:
         """Determine the background of the first waiting slab, and process it."""
         slab = self.slabs[self.done]
         levels = [one.levels for one in self.slabs]
-        blocks = [one.blocks for one in levels]
+        blocks = np.array([one.blocks for one in levels])
         begin, end = reaching(blocks, self.done, self.backgrounds.within)
         background = self.backgrounds.of(levels[begin:end], self.done - begin)
         octaves = background[: self.scale.octaves]
@@ -227,14 +214,15 @@ class Survey:
             self.every = np.empty((2, self.scale.octaves, -(-slab.frames // STEP)))
         if slab.first == 0:
             self.tail = self.tail_loud = np.zeros(2 * self.scale.spacing)
-            self.carried = np.repeat(slab.power[:, :1], self.lag, axis=1)
+            self.carried = np.empty((len(slab.power), self.lengths.lag))
+            self.carried[:] = slab.power[:, :1]
         spacing = self.scale.spacing
         near = np.empty(2 * spacing + slab.frames + spacing * slab.last)
         near[: 2 * spacing] = self.tail
         near[2 * spacing + slab.frames :] = 0.0
         rise = near[2 * spacing : 2 * spacing + slab.frames]
         octave_rise(
-            slab.octaves, slab.left, self.scale, octaves, self.weights,
+            slab.octaves, slab.left, self.scale, octaves, self.lengths.weights,
             self.after, self.every, rise,
         )  # fmt: skip
         first, last = slab.telling
@@ -242,12 +230,10 @@ class Survey:
         rise[max(last, 0) :] = 0.0
         frames = np.arange(0, len(rise), SAMPLED)
         finer = np.empty((2, slab.power.shape[1]))
-        band_rise(self.carried, slab.power, bands, self.frame_freedom, PER, finer)
+        band_rise(self.carried, slab.power, bands, self.lengths.freedom, PER, finer)
         if slab.first == 0:
-            slab.known[: self.begins] = False
-        lost = slab.closes | ~slab.known
-        if lost.any():
-            finer[:, lost] = 0.0
+            slab.known[: self.lengths.begins] = False
+        clear_unknown(slab.closes, slab.known, finer)
         place, height, loud = self._crests(near, slab, octaves)
         found = Passage(
             slab.segment,
@@ -268,7 +254,9 @@ class Survey:
         if slab.last:
             self.passages.append(joined(self.parts))
             self.parts = []
-        self.carried = slab.power[:, -self.lag :].copy()  # of the last alone there may be fewer
+        self.carried = slab.power[
+            :, -self.lengths.lag :
+        ].copy()  # of the last alone there may be fewer
         slab.octaves = slab.low = slab.power = np.empty((0, 0))  # most of the memory
         self.done += 1
         if begin:
@@ -284,7 +272,9 @@ class Survey:
         if not slab.last:
             near.append(self.slabs[self.done + 1].levels.long_parts[:, :LOCAL])
         parts = np.concatenate(near, axis=1)
-        found = self.rises.likelihood(self.every, slab.low, slab.left, parts, first, background)
+        found = self.lengths.rises.likelihood(
+            self.every, slab.low, slab.left, parts, first, background
+        )
         out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
         out[: len(found)] = found
         return out
@@ -295,20 +285,22 @@ class Survey:
         frames = frames[: frames_above(finer[0], RISEN, finer[1], LIKELY, frames)]
         if not len(frames):
             return out
-        parts = [slab.power[:, :0]]
+        parts, later = [slab.power[:, :0]], self.lengths.later
         for following in () if slab.last else self.slabs[self.done + 1 :]:
-            parts.append(following.power[:, : self.later])
-            if following.last or sum(part.shape[1] for part in parts) >= self.later:
+            parts.append(following.power[:, :later])
+            if following.last or sum(part.shape[1] for part in parts) >= later:
                 break
         grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
-        band_growth(self.carried, slab.power, after, self.later, background, PER, frames, grown)
+        band_growth(
+            self.carried, slab.power, after, self.lengths.later, background, PER, frames, grown
+        )
         out[frames] = grown
         return out
 
     def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
         """That after frames of the slab whose `after` is known."""
         out = np.empty(len(frames))
-        loudness(self.after, background, self.weights, frames, out)
+        loudness(self.after, background, self.lengths.weights, frames, out)
         return out
 
     def _crests(
@@ -316,14 +308,12 @@ class Survey:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Frames, rise and loudness of the crests of what begins two spacings before the slab."""
         spacing = self.scale.spacing
-        found = np.empty(len(rise) // (spacing + 1) + 1, np.int64)
-        n = crests(rise, spacing, LEAST * self.spread, spacing, len(rise) - spacing, found)
-        found = found[:n]
-        frames = found - 2 * spacing
-        earlier = int(frames.searchsorted(0))
-        loud = self.tail_loud[found[:earlier]], self._loudness(background, frames[earlier:])
-        self.tail = rise[-2 * spacing :]
-        end = np.arange(slab.frames - 2 * spacing, slab.frames)
-        if end[0] >= 0:
-            self.tail_loud = self._loudness(background, end)
-        return frames + slab.first, rise[found], np.concatenate(loud)
+        most = len(rise) // (spacing + 1) + 1
+        place, height, loud = np.empty(most, np.int64), np.empty(most), np.empty(most)
+        tail_loud = np.empty(0 if slab.last else 2 * spacing)
+        n = put_crests(
+            rise, LEAST * self.spread, self.after, background, self.lengths.weights,
+            self.tail_loud, tail_loud, place, height, loud,
+        )  # fmt: skip
+        self.tail, self.tail_loud = rise[-2 * spacing :], tail_loud
+        return place[:n] + slab.first, height[:n].copy(), loud[:n].copy()

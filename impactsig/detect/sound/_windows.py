@@ -28,14 +28,13 @@ class Window(NamedTuple):
         right += -len(self.core) % hop
         after = self.after[:right]
         begin = left - len(before)
-        parts = [before, self.core, after]
-        if begin:
-            parts.insert(0, np.full(begin, self.core[0] if not len(before) else before[0]))
-        if len(after) < right:
-            last = after[-1] if len(after) else self.core[-1]
-            parts.append(np.full(right - len(after), last))
-        end = begin + len(before) + len(self.core) + len(after)
-        return joined(parts), (begin, end)
+        x = joined([before, self.core, after])
+        end = begin + len(x)
+        if begin == 0 and len(after) == right:
+            return x, (begin, end)
+        out = np.empty(end + right - len(after), x.dtype)
+        out[:begin], out[begin:end], out[end:] = x[0], x, x[-1]
+        return out, (begin, end)
 
     def beside(self, most: int) -> tuple[np.ndarray, int]:
         """The core with at most so many samples on either side, and where it begins there."""
@@ -46,6 +45,8 @@ class Window(NamedTuple):
 def joined(parts: list[np.ndarray]) -> np.ndarray:
     """The parts as one array: a view of that in which they follow each other, if there is one."""
     parts = [part for part in parts if len(part)]
+    if len(parts) == 1:
+        return parts[0]
     whole = parts[0].base
     if not isinstance(whole, np.ndarray) or whole.ndim != 1 or not whole.flags.carray:
         return np.concatenate(parts)

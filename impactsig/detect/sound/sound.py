@@ -62,7 +62,7 @@ from ._attacks import Attacks
 from ._choosing import choose
 from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
-from ._core_kernels import GREATEST, LEAST
+from ._core_kernels import limits_of
 from ._cores import cores_of, window_size
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
@@ -208,7 +208,7 @@ def surveyed_through(
     for window in windows(pieces(), window_size(scale)):
         samples += len(window.core)
         cores = cores_of(window.core, scale.hop)
-        least, greatest = float(cores[:, LEAST].min()), float(cores[:, GREATEST].max())
+        least, greatest, _ = limits_of(cores)
         limits.add(window.core, least, greatest)
         refuse_huge(limits.least, limits.greatest)
         survey.add(window, cores)

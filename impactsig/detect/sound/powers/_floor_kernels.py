@@ -11,13 +11,16 @@ SAMPLE, QUARTER = 32, 4  # powers of a band, and the share of these below which 
 
 
 @njit(nogil=True)
-def low_quantiles(means, sounding, first, last, share, hole, out):
-    """out[b, k]: the quantile of means[b, first[k] : last[k]] that are `sounding`; 0 without any.
+def low_quantiles(means, sounding, spans, share, hole, bias, out):
+    """out[b, k]: the quantile of the means of band b that are `sounding`, over its bias.
 
-    What is below `hole` times the strongest of these is left out. Neither `first` nor `last` falls.
-    Only about the lowest quarter of a band is looked at for each window, unless it has too few.
+    Of those from spans[0, k] to before spans[1, k], neither of which falls; 0 without any. What is
+    below `hole` times the strongest of these is left out. Only about the lowest quarter of a band
+    is looked at for each window, unless it has too few.
     """
-    columns, windows = means.shape[1], len(first)
+    first, last, windows = spans[0], spans[1], spans.shape[1]
+    begins, ends = (first[0], last[-1]) if windows else (0, 0)
+    columns = ends - begins
     step = max(columns // SAMPLE, 1)
     low, place, room = np.empty(columns + 1), np.empty(columns + 1, np.int64), np.empty(columns + 1)
     heard = np.empty(windows, np.int64)
@@ -27,11 +30,11 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
             heard[k] += sounding[j]
     for b in range(len(means)):
         row, few, count = means[b], 0, np.uint64(0)
-        for j in range(0, columns, step):
+        for j in range(begins, ends, step):
             room[few] = row[j]
             few += sounding[j]
         level = select(room, 0, few - 1, few // QUARTER) if few else np.inf
-        for j in range(np.uint64(columns)):
+        for j in range(np.uint64(begins), np.uint64(ends)):
             low[count], place[count] = row[j], j
             count += np.uint64(sounding[j] & (row[j] <= level))
         begin = end = 0
@@ -44,7 +47,7 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
             if hole == 0.0 and some > rank:
                 for i in range(some):
                     room[i] = low[begin + i]
-                out[b, k] = select(room, 0, some - 1, rank)
+                out[b, k] = select(room, 0, some - 1, rank) / bias[b]
                 continue
             some, empty, greatest = 0, 0, 0.0
             for j in range(first[k], last[k]):
@@ -55,7 +58,7 @@ def low_quantiles(means, sounding, first, last, share, hole, out):
             for i in range(some):
                 empty += room[i] < hole * greatest
             rank = empty + int(share * (some - empty))
-            out[b, k] = select(room, 0, some - 1, rank) if some else 0.0
+            out[b, k] = select(room, 0, some - 1, rank) / bias[b] if some else 0.0
 
 
 @njit(nogil=True)

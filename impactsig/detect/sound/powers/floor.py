@@ -32,7 +32,7 @@ def quantile_bias(freedom: np.ndarray) -> np.ndarray:
 def noise_power(
     means: np.ndarray,
     sounding: np.ndarray,
-    windows: tuple[np.ndarray, np.ndarray],
+    spans: np.ndarray,
     bias: np.ndarray,
     holes: bool,
 ) -> np.ndarray:
@@ -42,11 +42,11 @@ def noise_power(
     ----------
     means : (bands, groups)
     sounding : which groups count
-    windows : first group of each, and before which it ends; neither falls
+    spans : first group of each window, and before which it ends (2, windows); neither falls
     bias : that of the means, by `quantile_bias`
     holes : bool
         Whether what is DEEP below the strongest of a band is left out.
     """
-    out = np.empty((len(means), len(windows[0])))
-    low_quantiles(means, sounding, *windows, QUANTILE, DEEP if holes else 0.0, out)
-    return np.asarray(out / bias[:, None])
+    out = np.empty((len(means), spans.shape[1]))
+    low_quantiles(means, sounding, spans, QUANTILE, DEEP if holes else 0.0, bias, out)
+    return out

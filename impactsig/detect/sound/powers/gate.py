@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core_kernels import CONVERTER_STEP, GREATEST, LEAST
+from .._core_kernels import limits_of
 from .._kernels import EDGE, GROUP, Scale
 from .._nearby import greatest_within
 from ._gate_kernels import (
@@ -56,10 +56,9 @@ class Gate:
         `power` is that of the octaves of x, and `rest` what is left below them, in frames; `cores`
         are those that x contains.
         """
-        step = cores[:, CONVERTER_STEP].min()
-        if power[0].min() > 0.0 or not np.isfinite(step):
+        least, greatest, step = limits_of(cores)
+        if step == np.inf or power[0].min() > 0.0:
             return x
-        least, greatest = cores[:, LEAST].min(), cores[:, GREATEST].max()
         hop = self.scale.hop
         out, changed = np.empty(len(x)), np.zeros(power.shape[1], np.bool_)
         if not bridge(x, hop, step, least, greatest, out, changed):

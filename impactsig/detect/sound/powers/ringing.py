@@ -27,17 +27,18 @@ short as a sample and leaves its power in noise where the modes had raised it. T
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Iterable
 
 import numpy as np
 
 from .._kernels import GROUP, Scale
 from .._windows import Window
+from ._ringing_kernels import prediction_gain
 from .bands import bands_at
 from .filtering import Filter
 from .hum import centres, lowest
 
-COUNTS, TINIEST = 1e-4, 1e-300  # of the loudest, what counts as ringing; power
 GAIN = 0.1  # of prediction in the background of an octave [neper of power]
 RINGS, LAGS = 0.02, (10e-3, 20e-3)  # squared correlation, and its lags [s]
 OFTEN = 30.0  # [1/s], impacts that leave no time to ring
@@ -55,26 +56,20 @@ def predictable(narrow: np.ndarray, rate: float, scale: Scale) -> bool:
     """
     if not len(narrow):
         return False
-    gain, octaves = octaves_at(rate, scale)
-    noise, loudest = (narrow / gain).swapaxes(0, 1)
-    gains = []
-    for inside, share in octaves:
-        least = np.maximum(COUNTS * loudest[:, inside].max(axis=1), TINIEST)
-        own = np.maximum(noise[:, inside], least[:, None])
-        gains.append(np.log(own @ share) - np.log(own) @ share)
-    return bool(np.median(gains, axis=1).max() > GAIN)
+    return bool(prediction_gain(narrow, *octaves_at(rate, scale)) > GAIN)
 
 
 @functools.lru_cache(maxsize=8)
-def octaves_at(rate: float, scale: Scale) -> tuple[np.ndarray, list[tuple[slice, np.ndarray]]]:
-    """Gains of the narrow bands, and for each octave which they are and their shares of it."""
+def octaves_at(rate: float, scale: Scale) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gains of the narrow bands, where each octave begins among these, and their shares of it."""
     bands = bands_at(rate, GROUP * scale.hop)
     octave = np.floor(np.log2(centres(bands) / lowest(scale)))
-    each = []
-    for one in np.unique(octave[octave >= 0.0]):
-        inside = slice(*np.searchsorted(octave, (one, one + 1.0)))
-        each.append((inside, bands.gain[inside] / bands.gain[inside].sum()))
-    return bands.gain, each
+    each = np.unique(octave[octave >= 0.0])
+    edges = np.append(np.searchsorted(octave, each), len(octave))
+    share = bands.gain.copy()
+    for first, last in itertools.pairwise(edges):
+        share[first:last] /= bands.gain[first:last].sum()
+    return bands.gain, edges, share
 
 
 def lasting(windows: Iterable[Window], rate: float, scale: Scale) -> float:
