@@ -8,6 +8,7 @@ import pytest
 from impactsig.detect.sound._kernels import BLOCK, GROUP, SAMPLED, STEP
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Passage
+from impactsig.detect.sound.deciding._crest_kernels import heights_reached
 from impactsig.detect.sound.deciding._dense_kernels import put_dense_odds
 from impactsig.detect.sound.deciding._octave_evidence import rattling
 from impactsig.detect.sound.deciding._tone_kernels import put_onsets, put_tone_odds
@@ -137,6 +138,36 @@ def test_digital_silence_says_nothing_of_the_rattle():
         assert rattle() == pytest.approx(heard, rel=0.15)
 
 
+def test_the_rattle_by_sorting_what_is_heard():
+    rng = np.random.default_rng(2)
+    rise = rng.random(COUNT // SAMPLED).astype(np.float32)
+    silent = np.repeat(rng.random(len(rise) // 8) < 0.3, 8)
+    per, reach = BLOCK // SAMPLED, round(1.0 / (BLOCK * FRAME))
+    for k, level in enumerate(rattling(rise, silent, FRAME)):
+        near = slice(per * max(k - reach, 0), per * (k + reach + 1))
+        heard = np.sort(rise[near][~silent[near]])
+        low, high = (heard[int(share * len(heard))] for share in (0.75, 0.9))
+        assert level == pytest.approx(max(50.0 * low, 12.0 * high))
+
+
+def test_heights_that_many_crests_reach_where_part_is_heard():
+    rng = np.random.default_rng(3)
+    place, height = np.sort(rng.choice(COUNT, 900, replace=False)), rng.exponential(1.0, 900)
+    silent = np.repeat(rng.random(COUNT // GROUP // 8) < 0.3, 8)
+    total, reach, near = np.append(0.0, np.cumsum(silent)), 30, round(0.5 / FRAME)
+    first, last = place.searchsorted(place - near), place.searchsorted(place + near)
+    asked, out = rng.random(900) < 0.5, np.full(900, -1.0)
+    order = np.argsort(height)
+    heights_reached(place, height, order, first, last, total, reach, 0.5, asked, out)
+    assert (out[~asked] == -1.0).all()
+    for k in np.flatnonzero(asked):
+        at = min(round(place[k] / GROUP), len(silent) - 1)
+        heard = 1.0 - silent[max(at - reach, 0) : at + reach + 1].mean()
+        number = max(round(40.0 * np.sqrt(heard)), 1)
+        highest = np.sort(height[first[k] : last[k]])[::-1]
+        assert out[k] == (highest[number - 1] if number <= len(highest) else 0.0)
+
+
 def test_a_crowd_that_silence_ends_is_no_voice():
     place = np.arange(0, round(0.5 / FRAME), round(8e-3 / FRAME))
     ones, groups = np.ones(len(place)), round(3.0 / FRAME / GROUP)
@@ -203,3 +234,4 @@ def test_bands_that_go_on_to_rise_are_no_low_tone(goes_on):
     found = candidates(passage, SPREAD, SCALE, RATE)
     near = np.abs(found.frame - COUNT // 2) < 10 * GROUP
     assert (found.probability[near] > 0.5).any() == (not goes_on)
+    assert found.narrow[near].all() == (not goes_on)

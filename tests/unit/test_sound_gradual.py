@@ -7,6 +7,7 @@ import pytest
 from scipy import signal
 
 from benchmarks.recordings import microphone, score
+from impactsig.detect.sound.deciding._gradual_kernels import put_steady_odds
 from impactsig.detect.sound.deciding.beside import PowersBeside
 from impactsig.detect.sound.deciding.gradual import (
     ALONE,
@@ -45,6 +46,25 @@ def test_impacts_in_gusts_are_found():
     truth = microphone(duration=10.0, mean_rate=6.0, noise_db=-60.0, seed=8)
     found = detect(truth.samples + 0.02 * gusts(2, truth.rate, 10.0), truth.rate)
     assert score(found.time, truth.time, 5e-3)[0] >= 0.87  # 0.80 otherwise
+
+
+def test_what_the_first_pass_tells_of_gradual_rises():
+    count, at = 9, np.array([16 * 4])
+    one, none = np.ones(count), np.zeros(count)
+
+    def steady(b=0.33, h=20.0, grown=0.5):
+        rises, out = np.zeros(4 * count), np.empty(1)
+        rises[17] = h
+        growth = none.copy()
+        growth[5] = grown
+        put_steady_odds(at, np.array([0.2]), b * one, 8.0 * one, growth, rises, 3, out)
+        return out[0]
+
+    expected = 0.55 * np.log(21.0) + 1.5 * np.log(9.0) + 0.95 * np.log(0.23) - 5.4
+    assert steady() == pytest.approx(expected - 0.9 * 0.5)
+    assert steady(grown=4.0) == pytest.approx(expected - 0.9 * 3.0)
+    # What does not rise in narrow bands, or rises at once in an octave, is not gradual.
+    assert steady(b=0.32) == steady(h=60.0) == np.inf
 
 
 def test_the_odds_against_sums_by_hand():

@@ -12,7 +12,7 @@ from impactsig.detect.sound._rise_kernels import OctaveMeans, low_likelihood, ri
 from impactsig.detect.sound._rises import clear_ratio
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound.deciding._rise_odds import high_crests
-from impactsig.detect.sound.deciding._rise_odds_kernels import judge_rises
+from impactsig.detect.sound.deciding._rise_odds_kernels import find_higher, judge_rises
 from impactsig.detect.sound.sound import detect_sound
 
 RATE = 22_050.0
@@ -167,3 +167,28 @@ def test_crests_of_h_are_judged_by_what_is_near():
     turned, at, _ = judged(frame[:0], odds[:0], h[:8], b[:2], known[:2])
     assert not len(turned)
     assert not at
+
+
+@pytest.mark.parametrize(
+    ("change", "moves"),
+    [
+        ({}, True),
+        ({"b": 0.32}, False),  # nothing rises in narrow bands
+        ({"odds": -0.1}, False),
+        ({"known": False}, False),
+        ({"here": 26.0}, False),  # the other crest is no four times as high
+        ({"height": 0.3}, False),  # C exceeds noise here
+        ({"steps": 5}, False),  # 20 ms away
+    ],
+)
+def test_likely_impacts_in_narrow_bands_belong_to_a_high_crest_of_h(change, moves):
+    case = {"b": 0.4, "odds": 0.1, "known": True, "here": 24.0, "height": 0.1, "steps": 4} | change
+    h, frame = np.zeros(400), np.array([800])
+    h[200], h[200 + case["steps"]] = case["here"], 100.0
+    b, known = np.full(100, case["b"]), np.full(100, case["known"])
+    place, height = np.array([790, 800]), np.array([0.3, case["height"]])
+    crest, there = high_crests(h, 1e-3), np.empty(1, np.int64)
+    found = find_higher(
+        frame, np.full(1, case["odds"]), place, height, 0.2, h, crest, b, known, 1e-3, there
+    )
+    assert found == moves

@@ -25,6 +25,7 @@ from ._survey import Survey
 from ._windows import Window
 from .deciding._crest_kernels import LATER, SOONER
 from .deciding.beside import PowersBeside
+from .deciding.candidates import probability_of
 from .deciding.doubt import EVEN
 from .deciding.gradual import EDGES as GRADUAL_EDGES
 from .deciding.gradual import gradual_odds, most_odds_beside
@@ -59,16 +60,11 @@ class Measured(NamedTuple):
         in_order = np.maximum.accumulate(self.attack[:, 0]) / rate
         most = most_odds(in_order, likely, self.sharp, self.rise)
         most = np.minimum(most, most_odds_beside(in_order, self.gradual, likely))
-        return np.minimum(self.probability, chance(most))
+        return np.minimum(self.probability, probability_of(most))
 
     def unless_overloaded(self, likely: np.ndarray) -> np.ndarray:
         """Probabilities of impacts that are `likely` otherwise."""
-        return np.minimum(likely, chance(self.overload))
-
-
-def chance(odds: np.ndarray) -> np.ndarray:
-    """Probability of these log-odds."""
-    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
+        return np.minimum(likely, probability_of(self.overload))
 
 
 class Attacks:
@@ -219,6 +215,8 @@ def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
     Where that would put two out of order, both stay as they are.
     """
     known = np.isfinite(shift)
+    if not known.any():
+        return attack
     while True:
         instant = np.where(known, attack + shift, attack)
         crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
@@ -241,4 +239,6 @@ def attack_errors(attack: np.ndarray) -> np.ndarray:
 def quantile(values: np.ndarray, share: float) -> float:
     """That of `np.quantile`, in a fraction of its time."""
     ordered, place = np.sort(values), share * (len(values) - 1)
-    return float(np.interp(place, np.arange(len(values)), ordered))
+    before = int(place)
+    low, high = ordered[before], ordered[min(before + 1, len(values) - 1)]
+    return float((high - low) * (place - before) + low)

@@ -40,6 +40,7 @@ def scale_at(rate: float) -> Scale:
     return scale._replace(before=sound_lengths(rate, scale).before)
 
 
+@functools.lru_cache(maxsize=8)
 def sound_lengths(rate: float, scale: Scale) -> Lengths:
     """Lengths of the sounds that are compared; each ends before the next may begin."""
     return lengths_at(rate, scale.short_lag, scale.slope, scale.spacing * scale.hop)

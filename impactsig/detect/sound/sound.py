@@ -265,7 +265,7 @@ def search(
         (CLIPPED * clipped[kept]).astype(np.uint8),
         math.sqrt(2.0) * noise,
         noise,
-        np.count_nonzero(alike[kept]) / max(len(kept), 1),
+        int(np.count_nonzero(alike[kept])) / max(len(kept), 1),
         reason,
         (
             *((not limits.two_valued and converter_notes(survey)) or limits.notes()),

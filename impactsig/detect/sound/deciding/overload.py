@@ -74,6 +74,8 @@ class Overload:
         """Add rises with these attacks, places in x; `asked` is which of them `may_be_edges`."""
         odds = np.full(len(attack), np.inf)
         self.found.append(odds)
+        if not asked.any():
+            return
         place = np.ceil(attack).astype(np.int64)
         which = np.flatnonzero(asked & (place >= self.lead) & (place + self.rest < len(x)))
         if not len(which):

@@ -22,11 +22,12 @@ import math
 import numpy as np
 
 from .._nearby import places_about, ranked
+from ._swell_kernels import put_sharpness
 
 WITHIN, CROWD = 1.0, 20  # [s], and others within it on either side that make a median
 AT_ONCE, SLOWLY = 1e-3, 4e-3  # [s], beside the attack
 EDGES = -SLOWLY, -AT_ONCE, 0.0, AT_ONCE, SLOWLY
-SHARE, SELECTED, SCATTER = 0.2, 0.6, 1.7  # of e
+SELECTED, SCATTER = 0.6, 1.7  # of e
 SWELLS = 0.2  # e of no impact
 SHOWS, HIDDEN = 0.5, 0.45  # and share of R that bounds e where little shows in innovations
 STEEP = 7.5  # R of no swelling
@@ -41,13 +42,10 @@ def crowds(instant: np.ndarray) -> np.ndarray:
 
 def sharpness(power: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Abruptness e of each rise relative to swelling noise, and R, by its powers between EDGES."""
+    sharp, rise = np.empty((2, power.shape[1]))
     inside = round(AT_ONCE * rate) / round(SLOWLY * rate)
-    mean = 0.5 * ((1.0 - inside) * (power[0] + power[3]) + inside * (power[1] + power[2]))
-    least = np.finfo(float).eps * mean + np.finfo(float).tiny
-    slow, before, after, on = np.log(power + least)
-    rise = on - slow
-    chance = SELECTED + SCATTER / math.sqrt(AT_ONCE * rate)
-    return after - before - SHARE * np.maximum(rise, 0.0) - chance, rise
+    put_sharpness(power, inside, SELECTED + SCATTER / math.sqrt(AT_ONCE * rate), sharp, rise)
+    return sharp, rise
 
 
 def most_odds(

@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._waveform import Waveform, learn_waveform
+from ._waveform import LEAST, Waveform, learn_waveform
 from .laying import Laying, Lengths, are_alike, laying_of
 
 LEARN = 256  # impacts that the waveform is learned from
@@ -77,12 +77,14 @@ class Overlay:
         return np.concatenate(self.found).T
 
     def _learn(self) -> None:
-        sounds = np.concatenate([np.empty((0, self.lengths.length)), *self.held])
-        spread = np.concatenate([np.empty(0), *self.spreads])
-        expected = self._expected(spread)[: self.count]  # `reference` knows of later ones too
-        self.wave = learn_waveform(self.laying, sounds, expected)
+        if self.count < LEAST:
+            self.found.append(np.full((self.count, 2), np.nan))
+        else:
+            sounds, spread = np.concatenate(self.held), np.concatenate(self.spreads)
+            expected = self._expected(spread)[: self.count]  # `reference` knows of later ones too
+            self.wave = learn_waveform(self.laying, sounds, expected)
+            self.found.append(self._laid(sounds, expected))
         self.learned, self.held, self.spreads = True, [], []
-        self.found.append(self._laid(sounds, expected))
 
     def _expected(self, spread: np.ndarray) -> np.ndarray:
         """Prior shift and standard error of the last impacts."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -100,6 +101,7 @@ class Laying(NamedTuple):
         return float(np.sum(self.weight * a * b))
 
 
+@functools.lru_cache(maxsize=8)
 def laying_of(lengths: Lengths) -> Laying:
     """The weights of sounds of these lengths."""
     rising, falling = lengths.reach, lengths.size // 3

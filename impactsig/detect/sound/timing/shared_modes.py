@@ -128,7 +128,7 @@ class SharedModes:
         if not self.learned:
             self._learn()
         shift, error = np.concatenate([np.empty((0, 2)), *self.found]).T
-        known = np.isfinite(shift)
+        known = np.isfinite(shift) if self._applies else np.zeros(0, np.bool_)
         if known.any() and not known.all():
             # Too near to an end of the record: as late as the others are in the median.
             usual = middle(shift[known])
