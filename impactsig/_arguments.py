@@ -145,6 +145,8 @@ def reals(name: str, value: Any, required: str) -> np.ndarray:
     """
     import numpy as np
 
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
     try:
         given = np.asarray(value)
         masked = (

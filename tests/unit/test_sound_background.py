@@ -14,6 +14,7 @@ from impactsig.detect.sound._core_kernels import (
     ROUNDING,
     bound_noise,
     may_hum,
+    mean_square,
     put_narrow,
 )
 from impactsig.detect.sound.powers.band_kernels import RANGE, background, group_means
@@ -206,6 +207,14 @@ def test_noise_of_narrow_bands_lies_beside_their_greatest_mean():
         out,
     )
     np.testing.assert_array_equal(out, [[[1.0, 3.0], [9.0, 8.0]], [[2.0, 4.0], [9.0, 8.0]]])
+
+
+@pytest.mark.parametrize("cores", [1, 4, 5])
+def test_mean_square_of_white_noise_is_that_of_its_octaves(cores):
+    rng = np.random.default_rng(cores)
+    noise, gains = rng.exponential(1.0, (cores, 4)), rng.uniform(0.5, 2.0, 4)
+    expected = np.sum(np.median(noise, axis=0) / gains / [2, 4, 8, 16])
+    assert mean_square(noise, gains) == pytest.approx(expected, rel=1e-12)
 
 
 def test_hum_may_be_heard_where_its_crests_count():

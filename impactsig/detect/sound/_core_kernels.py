@@ -156,6 +156,19 @@ def put_narrow(noise, means, spans, out):
 
 
 @njit(nogil=True)
+def mean_square(noise, gains):
+    """Mean square of the samples in the octaves, from the noise of these (cores, octaves).
+
+    The noise of an octave is the median over the cores; white noise of power 1 has `gains`.
+    """
+    total, room = 0.0, np.empty(len(noise))
+    for b in range(noise.shape[1]):
+        room[:] = noise[:, b]
+        total += centre_of(room, len(room)) / (gains[b] * 2.0 ** (1 + b))
+    return total
+
+
+@njit(nogil=True)
 def may_hum(bounded, noise, crests):
     """Whether crests of hum may count in an octave of a core.
 

@@ -63,12 +63,6 @@ def middle(values: np.ndarray) -> float:
     return float(0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
 
 
-def middles(rows: np.ndarray) -> np.ndarray:
-    """Median of each column."""
-    ordered = np.sort(rows, axis=0)
-    return np.asarray(0.5 * (ordered[(len(rows) - 1) // 2] + ordered[len(rows) // 2]))
-
-
 def separate_crests(values: np.ndarray, reach: int, least: float = 0.0) -> np.ndarray:
     """Indices of values above `least` that none within `reach` exceeds; the first of equals."""
     found = np.empty(len(values) // (reach + 1) + 1, np.int64)

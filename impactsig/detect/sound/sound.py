@@ -62,11 +62,10 @@ from ._attacks import Attacks
 from ._choosing import choose
 from ._clicks import are_clicks, repaired, repairs
 from ._clipping import Limits
-from ._core_kernels import limits_of
+from ._core_kernels import limits_of, mean_square
 from ._cores import cores_of, window_size
 from ._kernels import GROUP, Scale
 from ._memory import keep_memory
-from ._nearby import middles
 from ._scale import scale_at
 from ._survey import Survey
 from ._windows import windows
@@ -230,7 +229,7 @@ def search(
         flags = np.empty(0, np.uint8)
         return SoundImpacts(none, none, none, flags, 0.0, 0.0, 0.0, reason, (), none), 0
     backgrounds = survey.backgrounds
-    noise = noise_rms(middles(np.stack(backgrounds.noise)), backgrounds.gains)
+    noise = math.sqrt(mean_square(np.array(backgrounds.noise), backgrounds.gains))
     doubt = Doubt()
     chosen, likeliest, left_out = choose(survey, least_probability, doubt)
     attacks = Attacks(survey, chosen, (limits.least, limits.greatest))
@@ -289,13 +288,7 @@ def distinct(instant: np.ndarray, likely: np.ndarray) -> np.ndarray:
 
     Two rises detected by narrow bands alone may have one attack, or attacks in reverse order.
     """
-    if (instant[1:] > instant[:-1]).all():  # as nearly always
+    if np.count_nonzero(instant[1:] > instant[:-1]) >= len(instant) - 1:  # as nearly always
         return np.arange(len(instant))
     order = np.lexsort((-likely, instant))
     return np.asarray(order[np.diff(instant[order], prepend=-np.inf) > 0])
-
-
-def noise_rms(power: np.ndarray, gains: np.ndarray) -> float:
-    """RMS of the samples in the octaves, from the power of their details."""
-    each = zip(power.tolist(), gains.tolist(), strict=True)
-    return math.sqrt(sum(own / (gain * 2.0 ** (1 + b)) for b, (own, gain) in enumerate(each)))

@@ -48,6 +48,8 @@ class Doubt:
     def turn(self, before: np.ndarray, after: np.ndarray) -> None:
         """Account for likely rises whose probabilities fell since they were added."""
         gone = (before >= EVEN) & (after < EVEN)
+        if not np.count_nonzero(gone):
+            return
         self.right = max(self.right - float(before[gone].sum()), 0.0)
         self.false = max(self.false - float((1.0 - before[gone]).sum()), 0.0)
         self.missed += float(after[gone & (after > POSSIBLE)].sum())
