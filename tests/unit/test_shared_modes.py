@@ -253,7 +253,7 @@ def test_no_more_than_the_sounds_learned_from_are_kept():
         assert len(modes.waves) <= LEARN
     assert modes.learned
     assert not len(modes.waves)
-    assert len(modes.timing().shift) == 10 * len(attacks)
+    assert len(modes.timing()[:, 0]) == 10 * len(attacks)
 
 
 # The parts.

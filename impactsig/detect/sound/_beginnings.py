@@ -53,9 +53,11 @@ class Beginnings:
         `shift` is what instants are later than their attacks; `likely` are the impacts that show
         how many begin early.
         """
+        error = np.zeros(len(shift))
+        if np.count_nonzero(likely) < LEAST:
+            return error
         rows = np.concatenate(self.found)
         known = np.isfinite(rows[:, 0])
-        error = np.zeros(len(rows))
         which = np.flatnonzero(known & likely)
         if len(which) < LEAST:
             return error

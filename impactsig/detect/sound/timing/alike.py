@@ -40,11 +40,11 @@ class Overlay:
     """Shifts of the impacts of a record, in sequence.
 
     `reference` gives the shifts of so many impacts taken last that are known by other means and
-    their standard errors, and NaN for the others, whose attacks count.
+    their standard errors (n, 2), and NaN for the others, whose attacks count.
     """
 
     lengths: Lengths
-    reference: Callable[[int], tuple[np.ndarray, np.ndarray]]
+    reference: Callable[[int], np.ndarray]
     laying: Laying = field(init=False)
     wave: Waveform | None = None
     learned: bool = False
@@ -71,10 +71,10 @@ class Overlay:
             self.found.append(self._shifts(sounds, spread))
 
     def timing(self) -> np.ndarray:
-        """Shift and standard error of every impact, shape (2, n); NaN where unchanged."""
+        """Shift and standard error of every impact, shape (n, 2); NaN where unchanged."""
         if not self.learned:
             self._learn()
-        return np.concatenate(self.found).T
+        return np.concatenate(self.found)
 
     def _learn(self) -> None:
         if self.count < LEAST:
@@ -88,9 +88,10 @@ class Overlay:
 
     def _expected(self, spread: np.ndarray) -> np.ndarray:
         """Prior shift and standard error of the last impacts."""
-        shift, error = self.reference(len(spread))
-        known = np.isfinite(shift)
-        return np.stack((np.where(known, shift, 0.0), np.where(known, error, spread)), axis=1)
+        expected = self.reference(len(spread)).copy()
+        other = ~np.isfinite(expected[:, 0])
+        expected[other, 0], expected[other, 1] = 0.0, spread[other]
+        return expected
 
     def _shifts(self, sounds: np.ndarray, spread: np.ndarray) -> np.ndarray:
         """Shift and standard error of the last sounds; NaN for those unlike the wave."""

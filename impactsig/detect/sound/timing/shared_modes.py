@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -65,14 +64,7 @@ BEGINNING = 1.5e-3  # [s]
 RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
 ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
-_NO_FITS = np.empty((0, 3))
-
-
-class Timing(NamedTuple):
-    """Shifts of attacks and their standard errors [samples]; NaN if unknown."""
-
-    shift: np.ndarray
-    error: np.ndarray
+_NONE, _NO_FITS = np.empty((0, 2)), np.empty((0, 3))
 
 
 @dataclass
@@ -123,25 +115,25 @@ class SharedModes:
     def _applies(self) -> bool:
         return self.model is not None or self.crossing
 
-    def timing(self) -> Timing:
-        """The shift of every impact and its standard error [samples]."""
+    def timing(self) -> np.ndarray:
+        """Shift of every impact and its standard error [samples], (n, 2); NaN if unknown."""
         if not self.learned:
             self._learn()
-        shift, error = np.concatenate([np.empty((0, 2)), *self.found]).T
-        known = np.isfinite(shift) if self._applies else np.zeros(0, np.bool_)
-        if known.any() and not known.all():
-            # Too near to an end of the record: as late as the others are in the median.
-            usual = middle(shift[known])
-            spread = DEVIATION_BY_MEDIAN * middle(np.abs(shift[known] - usual))
-            shift = np.where(known, shift, usual)
-            error = np.where(known, error, max(spread, 12.0**-0.5))
-        return Timing(shift, error)
+        timed = np.concatenate([_NONE, *self.found])
+        if self._applies:
+            known = np.isfinite(timed[:, 0])
+            if known.any() and not known.all():
+                # Too near to an end of the record: as late as the others are in the median.
+                shift = timed[known, 0]
+                usual = middle(shift)
+                spread = DEVIATION_BY_MEDIAN * middle(np.abs(shift - usual))
+                timed[~known] = usual, max(spread, 12.0**-0.5)
+        return timed
 
-    def last(self, count: int) -> Timing:
+    def last(self, count: int) -> np.ndarray:
         """Timing of the last so many impacts."""
-        timing = self.timing()
-        first = len(timing.shift) - count
-        return Timing(timing.shift[first:], timing.error[first:])
+        timed = self.timing()
+        return timed[len(timed) - count :]
 
     def _hold(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Keep the waves to learn from, and learn once there are enough; what is left of them."""
