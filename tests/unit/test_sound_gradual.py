@@ -82,8 +82,8 @@ def test_the_odds_against_sums_by_hand():
     before = power(-8, -1) - power(-16, -8)
 
     def odds_of(x: np.ndarray) -> np.ndarray:
-        beside = PowersBeside(EDGES, rate, lags)
-        beside.add(x, attack, np.isfinite(steady) & beside.within(x, attack))
+        beside = PowersBeside(EDGES, rate, lags, beyond=False)
+        beside.add(x, attack, np.isfinite(steady))
         return gradual_odds(steady, beside.powers(), beside.edges)
 
     for scale in (1.0, 1e6):

@@ -100,8 +100,9 @@ class Attacks:
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
         self.overload = Overload(limits, survey.spectrum, scale, rate)
-        self.beside = PowersBeside(SWELL_EDGES, rate, (scale.long_lag, scale.slope))
-        self.far_beside = PowersBeside(GRADUAL_EDGES, rate, (scale.short_lag, scale.slope))
+        lags = (scale.long_lag, scale.slope), (scale.short_lag, scale.slope)
+        self.beside = PowersBeside(SWELL_EDGES, rate, lags[0], beyond=True)
+        self.far_beside = PowersBeside(GRADUAL_EDGES, rate, lags[1], beyond=False)
         self.attack, self.lone = [np.empty((0, 5))], [np.empty(0, np.bool_)]
 
     def add(self, window: Window) -> None:
@@ -110,13 +111,13 @@ class Attacks:
             return
         scale, rate = self.scale, self.rate
         passage, first = self.chosen[window.segment], window.first // scale.hop
-        here = slice(*np.searchsorted(passage.frame, (first, first + self.size)))
+        here = slice(*passage.frame.searchsorted((first, first + self.size)).tolist())
         if here.start == here.stop:
             return
         raw, core = window.beside(self.more * scale.hop)
         x = raw if self.filter is None else self.filter.of(raw)
-        places = core + (passage.frame[here] - first) * scale.hop
-        for k in np.flatnonzero(passage.coarse[here]):
+        places = passage.frame[here] * scale.hop + (core - first * scale.hop)
+        for k in passage.coarse[here].nonzero()[0].tolist():
             places[k] = greatest_rise(x, int(places[k]), scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
         measure(x, places, self.limits, scale, attack, sounds)
@@ -129,8 +130,7 @@ class Attacks:
                 attack[:, 1] = crests[:, 0]
         lone_samples(raw, at, round(CLICK * rate), scale.reach, lone)
         self.beside.add(x, at, self.crowded[window.segment][here])
-        gradual = np.isfinite(passage.steady[here]) & self.far_beside.within(x, at)
-        self.far_beside.add(x, at, gradual)
+        self.far_beside.add(x, at, np.isfinite(passage.steady[here]))
         self.overload.add(raw, at, passage.may_be_edge[here])
         if self.heard is None:
             self.modes.add(x, at)
@@ -140,7 +140,7 @@ class Attacks:
             self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, passage.probability[here] >= EVEN)
         self.beginnings.add(x, at)
-        attack[:, 0] += window.segment + window.first - core
+        np.add(at, window.segment + window.first - core, out=attack[:, 0])
         self.attack.append(attack)
         self.lone.append(lone)
 

@@ -15,6 +15,17 @@ FINE = 4  # places between two samples that a crossing is looked for at
 
 
 @fused
+def put_begins(attacks, before, length, count, out):
+    """First sample of each wave, `before` an attack, which lies halfway between two of so many.
+
+    It is -1 where these do not hold the wave's `length`.
+    """
+    for k in range(len(attacks)):
+        first = math.ceil(attacks[k]) - before
+        out[k] = first if first >= 0 and first + length <= count else -1
+
+
+@fused
 def gather(samples, first, out, heard):
     """The samples from each of the first on, and whether one is not 0; 0 if that is negative."""
     for i in range(len(first)):

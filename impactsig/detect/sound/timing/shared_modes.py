@@ -44,6 +44,7 @@ from ._shared_modes_kernels import (
     crossings,
     gather,
     high_passed,
+    put_begins,
     shift_each,
 )
 
@@ -103,9 +104,8 @@ class SharedModes:
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
-            first = np.rint(attacks + 0.5).astype(int) - self.before
-            there = (first >= 0) & (first + self.length <= len(x))
-            first = np.where(there, first, -1)
+            first = np.empty(len(attacks), np.int64)
+            put_begins(attacks, self.before, self.length, len(x), first)
             if not self.learned:
                 first = self._hold(x, first)
             if len(first):
@@ -156,11 +156,10 @@ class SharedModes:
         self._forget()
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
-            spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
-            rest = np.ones(len(which), np.bool_)
-            rest[spread] = False
-            which = np.concatenate((which[spread], which[rest]))
-            few, others = slice(len(spread)), slice(len(spread), None)
+            if len(which) > CHOOSE:
+                spread = np.linspace(0, len(which) - 1, CHOOSE).astype(int)
+                which = np.concatenate((which[spread], np.delete(which, spread)))
+            few, others = slice(min(len(which), CHOOSE)), slice(CHOOSE, None)
             sounds = np.empty((len(which), self.length - len(self.taps) + 1))
             plain, crossed = np.empty_like(sounds[few]), np.empty((len(which), 3))
             samples, first = waves.ravel(), self.length * which
@@ -184,7 +183,7 @@ class SharedModes:
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
-                earlier = np.empty((len(spread), 3))
+                earlier = np.empty((len(plain), 3))
                 self._cross(plain, earlier, EARLIER)
                 since = (crossed[few, 0] - earlier[:, 0])[np.isfinite(earlier[:, 0])]
                 if len(since):  # between two fractions of a sound it scatters as from its start on
