@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from threading import Event, Thread
 from typing import Any, TypeVar
 
@@ -26,20 +26,27 @@ def watched() -> bool:
     return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
 
 
-@contextmanager
 def progress(
     total: int | None, unit: str, wanted: bool | None = None, *, done: int = 0, leave: bool = True
-) -> Iterator[Callable[[int], Any]]:
+) -> AbstractContextManager[Callable[[int], Any]]:
     """A progress bar that its caller advances; by default shown after a second, if watched.
 
     The time remaining is judged by what is done from here on, not by what was `done` before.
     """
     if not (watched() if wanted is None else flag("progress", wanted)):
-        yield lambda count: None
-        return
+        return _UNSEEN
+    return _bar(total, unit, DELAY if wanted is None else 0.0, done, leave)
+
+
+_UNSEEN: AbstractContextManager[Callable[[int], Any]] = nullcontext(lambda count: None)
+
+
+@contextmanager
+def _bar(
+    total: int | None, unit: str, delay: float, done: int, leave: bool
+) -> Iterator[Callable[[int], Any]]:
     from tqdm import tqdm
 
-    delay = DELAY if wanted is None else 0.0
     with tqdm(
         total=total, initial=done, unit=unit, unit_scale=True, delay=delay, leave=leave
     ) as bar:

@@ -65,11 +65,10 @@ def _joined(arrays: list[np.ndarray]) -> np.ndarray:
 
 def finite_runs(samples: np.ndarray) -> list[tuple[int, int]]:
     """The stretches [first, last) of finite samples, in order."""
-    # A sum is finite only if all samples are: one quick pass for the usual case.
-    with np.errstate(over="ignore", invalid="ignore"):
-        if len(samples) and np.isfinite(samples.sum()):
-            return [(0, len(samples))]
-    finite = np.concatenate(([False], np.isfinite(samples), [False]))
+    finite = np.isfinite(samples)
+    if len(samples) and np.count_nonzero(finite) == len(samples):  # as nearly always
+        return [(0, len(samples))]
+    finite = np.concatenate(([False], finite, [False]))
     edges = np.flatnonzero(np.diff(finite.astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 

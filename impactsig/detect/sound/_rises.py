@@ -63,8 +63,9 @@ class Rises:
         parts: np.ndarray,
         first: int,
         background: np.ndarray,
-    ) -> np.ndarray:
-        """H of every STEP-th frame of a window.
+        out: np.ndarray,
+    ) -> None:
+        """Put H of every STEP-th frame of a window in `out`.
 
         Parameters
         ----------
@@ -77,9 +78,8 @@ class Rises:
         background : ndarray
             L of all octaves, in BLOCKs, and of what follows them.
         """
-        out = np.full(every.shape[2], CLEAR)
+        out[:] = CLEAR
         rise_likelihood(every, low, left, parts, first, background, self.means, out)
-        return out
 
 
 def clear_ratio(*freedom: float) -> np.ndarray:

@@ -254,9 +254,8 @@ class Survey:
         if slab.last:
             self.passages.append(joined(self.parts))
             self.parts = []
-        self.carried = slab.power[
-            :, -self.lengths.lag :
-        ].copy()  # of the last alone there may be fewer
+        # Of the last alone there may be fewer.
+        self.carried = slab.power[:, -self.lengths.lag :].copy()
         slab.octaves = slab.low = slab.power = np.empty((0, 0))  # most of the memory
         self.done += 1
         if begin:
@@ -272,11 +271,10 @@ class Survey:
         if not slab.last:
             near.append(self.slabs[self.done + 1].levels.long_parts[:, :LOCAL])
         parts = np.concatenate(near, axis=1)
-        found = self.lengths.rises.likelihood(
-            self.every, slab.low, slab.left, parts, first, background
-        )
         out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
-        out[: len(found)] = found
+        self.lengths.rises.likelihood(
+            self.every, slab.low, slab.left, parts, first, background, out[: self.every.shape[2]]
+        )
         return out
 
     def _growth(self, slab: Slab, background: np.ndarray, finer: np.ndarray) -> np.ndarray:
@@ -291,9 +289,7 @@ class Survey:
             if following.last or sum(part.shape[1] for part in parts) >= later:
                 break
         grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
-        band_growth(
-            self.carried, slab.power, after, self.lengths.later, background, PER, frames, grown
-        )
+        band_growth(self.carried, slab.power, after, later, background, PER, frames, grown)
         out[frames] = grown
         return out
 
