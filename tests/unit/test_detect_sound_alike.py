@@ -24,6 +24,7 @@ from impactsig.detect.sound.timing._alike_kernels import (
     likeliest,
     mean_wave,
     respond,
+    shift_taps,
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
@@ -227,7 +228,7 @@ def test_the_shift_of_least_squares_is_that_which_leaves_least():
 
     shifts, weight = np.empty((ROWS, 60)), rng.uniform(0.5, 1.0, 60)
     pad = TAPS + 1
-    shift_wave(tone(places[30 - pad : 90 + pad]), pad, shifts)
+    shift_wave(tone(places[30 - pad : 90 + pad]), pad, shift_taps(), shifts)
     y = 0.7 * tone(places - 1.3137) + 0.01 * rng.standard_normal(120)
 
     def left(shift):
@@ -363,7 +364,7 @@ def test_the_leader_is_the_first_to_which_most_are_alike(groups):
     counts, shifts = [], np.empty((ROWS, lengths.size))
     for sound in sounds:
         part = sound[lengths.first - lengths.pad :][: lengths.size + 2 * lengths.pad]
-        shift_wave(part, lengths.pad, shifts)
+        shift_wave(part, lengths.pad, laying.taps, shifts)
         counts.append(are_alike(laying.over(sounds, anywhere, shifts, 0.0, 1.0)).sum())
     expected = int(np.argmax(counts)) if max(counts) >= 4 else -1
     assert laying.leader(sounds) == expected

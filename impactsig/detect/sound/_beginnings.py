@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._lane_kernels import median_energy
 from ._low_kernels import begun_before, likeliest_fractions, low_before, predictors
-from ._nearby import middle
 
 STEP = 0.25e-3  # [s], and time before the attack that is its own
 BEFORE, NOISE, ORDER = 10, 24, 3  # steps in which sounds begin, that are noise, and that predict
@@ -81,8 +81,8 @@ class Beginnings:
 
     def _evidence(self, rows: np.ndarray) -> np.ndarray:
         """Logarithm of the evidence of each number of early steps, from none on."""
-        quiet, evidence = rows[:, BEFORE:], np.zeros((len(rows), BEFORE + 1))
-        power = middle(np.einsum("ij,ij->i", quiet, quiet)) / quiet.shape[1]
+        evidence, count = np.zeros((len(rows), BEFORE + 1)), rows.shape[1]
+        power = median_energy(rows, BEFORE, count) / (count - BEFORE)
         if power > 0.0:
             rows = rows / np.sqrt(power)
             coefficients = np.empty(ORDER + 1)

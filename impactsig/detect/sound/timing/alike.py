@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._alike_kernels import put_expected
 from ._waveform import LEAST, Waveform, learn_waveform
 from .laying import Laying, Lengths, are_alike, laying_of
 
@@ -89,8 +90,7 @@ class Overlay:
     def _expected(self, spread: np.ndarray) -> np.ndarray:
         """Prior shift and standard error of the last impacts."""
         expected = self.reference(len(spread)).copy()
-        other = ~np.isfinite(expected[:, 0])
-        expected[other, 0], expected[other, 1] = 0.0, spread[other]
+        put_expected(spread, expected)
         return expected
 
     def _shifts(self, sounds: np.ndarray, spread: np.ndarray) -> np.ndarray:

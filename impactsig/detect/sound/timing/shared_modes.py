@@ -33,8 +33,9 @@ import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._growth_kernels import add_powers, spread_of
+from .._lane_kernels import median_energy
 from .._nearby import middle
-from ._edge import high_pass, whitening
+from ._edge import high_pass, passed, whitening
 from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
@@ -204,7 +205,7 @@ class SharedModes:
         Their modes are in their `rings`. The filter is chosen by the first few, of which the
         high-pass filter leaves `plain`. None if they have no model.
         """
-        few, noise, heard = slice(len(plain)), self._noise(sounds), float(np.sum(self.taps**2))
+        few, noise, heard = slice(len(plain)), self._noise(sounds), passed(self.rate)
         exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
         chosen = chosen_model(exponents, *some, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
@@ -234,15 +235,14 @@ class SharedModes:
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
         """Learn a filter that whitens noise as well; the other one leaves `plain` of waves."""
-        error = FIRST_ERROR * middle(np.einsum("ij,ij->i", plain, plain))
+        error = FIRST_ERROR * median_energy(plain, 0, plain.shape[1])
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, error)
 
     def _noise(self, sounds: np.ndarray) -> float:
         """The white noise of a sample of sounds after that filter."""
-        quiet = sounds[:, : round(QUIET * self.rate)]
-        energy = middle(np.einsum("ij,ij->i", quiet, quiet))
-        return energy / (quiet.shape[1] * float(np.sum(self.taps**2)))
+        quiet = round(QUIET * self.rate)
+        return float(median_energy(sounds, 0, quiet) / (quiet * passed(self.rate)))
 
     def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave of x, which begins at `first`.
