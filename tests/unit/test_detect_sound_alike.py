@@ -13,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from benchmarks import sound_errors, strange_sounds
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
+from impactsig.detect.sound._attacks import at_most
 from impactsig.detect.sound._heard import unknown
 from impactsig.detect.sound._instant_kernels import put_errors, put_instants
 from impactsig.detect.sound._scale import scale_at, sound_lengths
@@ -426,6 +427,12 @@ def test_errors_are_those_of_what_gave_the_instant():
     beside = np.hypot(0.4, np.hypot(3.0, 30.0))
     expected = np.sqrt([9.0 + 16 + 16 + 144, 0.16 + astray**2 + 9, 0.01, 0.01 + 3, beside**2])
     np.testing.assert_allclose(error, expected, rtol=1e-12)
+
+
+def test_probabilities_are_at_most_those_of_log_odds():
+    odds = np.array([np.inf, 2.0, -2.0, -1e3])
+    most = at_most(np.array([0.9, 0.7, 0.7, 0.7]), odds)
+    np.testing.assert_allclose(most, [0.9, 0.7, 1.0 / (1.0 + np.exp(2.0)), np.exp(-50.0)])
 
 
 def test_instants_are_never_put_out_of_order():

@@ -20,14 +20,13 @@ from ._clicks import lone_samples
 from ._cores import window_size
 from ._growth import Growth
 from ._heard import Heard, unknown
-from ._instant_kernels import put_errors, put_instants
+from ._instant_kernels import put_at_most, put_errors, put_instants
 from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
 from .deciding._crest_kernels import LATER, SOONER
 from .deciding.beside import PowersBeside
-from .deciding.candidates import probability_of
 from .deciding.doubt import EVEN
 from .deciding.gradual import EDGES as GRADUAL_EDGES
 from .deciding.gradual import gradual_odds, most_odds_beside
@@ -60,13 +59,20 @@ class Measured(NamedTuple):
         """Probabilities of impacts, with what the attacks tell of gradual rises."""
         likely = self.probability >= EVEN
         in_order = np.maximum.accumulate(self.attack[:, 0]) / rate
-        most = most_odds(in_order, likely, self.sharp, self.rise)
-        most = np.minimum(most, most_odds_beside(in_order, self.gradual, likely))
-        return np.minimum(self.probability, probability_of(most))
+        swelling = most_odds(in_order, likely, self.sharp, self.rise)
+        gradual = most_odds_beside(in_order, self.gradual, likely)
+        return at_most(at_most(self.probability, swelling), gradual)
 
     def unless_overloaded(self, likely: np.ndarray) -> np.ndarray:
         """Probabilities of impacts that are `likely` otherwise."""
-        return np.minimum(likely, probability_of(self.overload))
+        return at_most(likely, self.overload)
+
+
+def at_most(probability: np.ndarray, odds: np.ndarray) -> np.ndarray:
+    """The probabilities, but no more than those of some log-odds."""
+    out = np.empty(len(probability))
+    put_at_most(probability, odds, out)
+    return out
 
 
 class Attacks:

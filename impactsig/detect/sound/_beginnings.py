@@ -103,10 +103,7 @@ def _fractions(evidence: np.ndarray, least: float) -> np.ndarray | None:
     (Akaike): one impact in a hundred whose noise rises by chance would otherwise make all others
     uncertain. None if they do not.
     """
-    if np.sum(evidence.max(axis=1)) <= least:
-        return None  # no fraction gains as much: of none the evidence is 0
-    odds = _odds(evidence)
-    fraction = np.full(odds.shape[1], 0.1 / (odds.shape[1] - 1))
+    fraction = np.full(evidence.shape[1], 0.1 / (evidence.shape[1] - 1))
     fraction[0] = 0.9
-    gain = likeliest_fractions(odds, ROUNDS, fraction)
+    gain = likeliest_fractions(evidence, least, ROUNDS, fraction)
     return fraction if gain > least else None

@@ -12,6 +12,13 @@ SMEARED = 1.5  # power of the doubt of an impact by which its instant lies withi
 
 
 @kernel
+def put_at_most(probability, odds, out):
+    """The probabilities, but no more than those of some log-odds, which are at least e^-50."""
+    for k in range(len(out)):
+        out[k] = min(probability[k], 1.0 / (1.0 + math.exp(-max(odds[k], -50.0))))
+
+
+@kernel
 def put_instants(attack, by_modes, by_wave, agree, far, shift, instant, alike):
     """Instants, and which are by the common waveform.
 

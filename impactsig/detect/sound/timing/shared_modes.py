@@ -152,7 +152,7 @@ class SharedModes:
         self.waves, self.heard = np.empty((0, self.length)), np.empty(0, np.bool_)
 
     def _learn(self) -> None:
-        waves, which = self.waves[: self.count], np.flatnonzero(self.heard[: self.count])
+        waves, which = self.waves[: self.count], self.heard[: self.count].nonzero()[0]
         self.learned = True
         self._forget()
         timed = np.full((len(waves), 2), np.nan)
