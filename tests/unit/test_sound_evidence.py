@@ -8,11 +8,11 @@ import pytest
 from impactsig.detect.sound._kernels import BLOCK, GROUP, SAMPLED, STEP
 from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Passage
-from impactsig.detect.sound.deciding._crest_kernels import heights_reached
 from impactsig.detect.sound.deciding._dense_kernels import put_dense_odds
 from impactsig.detect.sound.deciding._octave_evidence import rattling
 from impactsig.detect.sound.deciding._tone_kernels import put_onsets, put_tone_odds
 from impactsig.detect.sound.deciding._voice_kernels import lower_pulses
+from impactsig.detect.sound.deciding.crest_kernels import heights_reached
 from impactsig.detect.sound.deciding.crests import audible_rise, octave_crests
 from impactsig.detect.sound.deciding.decision import candidates
 from tests import naive_sound

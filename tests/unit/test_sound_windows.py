@@ -15,6 +15,7 @@ from impactsig.detect.sound._scale import scale_at
 from impactsig.detect.sound._survey import Survey
 from impactsig.detect.sound._windows import joined, windows
 from impactsig.detect.sound.powers._gate_kernels import bridge
+from impactsig.detect.sound.sound import detect_sound
 
 
 def test_windows_of_one_core_and_of_more_tell_the_same(monkeypatch):
@@ -119,3 +120,17 @@ def test_correlation_of_squares_at_all_lags(count, split, lags):
         total = sum(float(np.sum(part[: max(len(part) - lag, 0)] * part[lag:])) for part in parts)
         together += 2.0 * max(total / np.sum(away**2), 0.0)
     assert counting_as_one(squares, split, 0.0, lags, 1.0) == pytest.approx(0.9 * together**0.6)
+
+
+@pytest.mark.parametrize(("seconds", "times"), [(2.0, 1), (20.0, 2)])
+def test_a_record_of_one_window_is_read_once(seconds, times):
+    track = microphone(duration=seconds, rate=8000.0, tones=(1000, 3200), seed=3)
+    read = []
+
+    def pieces():
+        read.append(1)
+        return [Piece(0, track.samples)]
+
+    found = detect_sound(pieces, 8000.0)
+    assert len(found.time) > 5
+    assert len(read) == times

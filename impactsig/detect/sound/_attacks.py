@@ -25,8 +25,8 @@ from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
-from .deciding._crest_kernels import LATER, SOONER
 from .deciding.beside import PowersBeside
+from .deciding.crest_kernels import LATER, SOONER
 from .deciding.doubt import EVEN
 from .deciding.gradual import EDGES as GRADUAL_EDGES
 from .deciding.gradual import gradual_odds, most_odds_beside

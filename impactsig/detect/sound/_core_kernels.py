@@ -46,11 +46,12 @@ def extremes(x):
 
 
 @njit(nogil=True)
-def put_extremes(x, per, out):
-    """Put the `extremes` of each core of `per` samples in its row of `out`."""
+def put_cores(x, per, blocks, resolution, out):
+    """Put what is known of each core, of `per` samples in so many blocks, in its row of `out`."""
     for k in range(len(out)):
-        least, greatest, step = extremes(x[k * per : (k + 1) * per])
-        out[k, LEAST], out[k, GREATEST], out[k, CONVERTER_STEP] = least, greatest, step
+        core = x[k * per : (k + 1) * per]
+        out[k, BLOCKS], out[k, RESOLUTION] = -(-len(core) * blocks // per), resolution
+        out[k, LEAST], out[k, GREATEST], out[k, CONVERTER_STEP] = extremes(core)
 
 
 @njit(nogil=True)

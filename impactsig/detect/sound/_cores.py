@@ -13,14 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._core_kernels import (
-    BLOCKS,
     CONVERTER_STEP,
     GREATEST,
     LEAST,
-    RESOLUTION,
     bound_noise,
     may_hum,
-    put_extremes,
+    put_cores,
     put_narrow,
     put_near,
 )
@@ -177,10 +175,7 @@ def cores_of(samples: np.ndarray, hop: int) -> np.ndarray:
     """
     size = CORE * hop
     out = np.empty((-(-len(samples) // size), 5))
-    out[:, BLOCKS] = CORE // BLOCK
-    out[-1, BLOCKS] = -(-(len(samples) - (len(out) - 1) * size) // (BLOCK * hop))
-    out[:, RESOLUTION] = resolution_of(samples.dtype)
-    put_extremes(samples, size, out)
+    put_cores(samples, size, CORE // BLOCK, resolution_of(samples.dtype), out)
     return out
 
 

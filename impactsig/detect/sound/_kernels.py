@@ -183,10 +183,10 @@ def add_rise(after, before, least, weight, ratio, out):
 
 
 @fused
-def loudness(after, background, weights, frames, out):
-    """out[k]: mean over the octaves of max(0, ln(after / 2 background)) at frames[k]."""
-    for k in range(len(frames)):
-        out[k] = loudness_at(after, background, weights, frames[k])
+def loudness(after, background, weights, every, out):
+    """out[k]: the loudness at frame k times `every`."""
+    for k in range(len(out)):
+        out[k] = loudness_at(after, background, weights, k * every)
 
 
 @fused

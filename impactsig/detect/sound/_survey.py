@@ -228,7 +228,8 @@ class Survey:
         first, last = slab.telling
         rise[: max(first, 0)] = 0.0
         rise[max(last, 0) :] = 0.0
-        frames = np.arange(0, len(rise), SAMPLED)
+        sampled = np.empty(-(-slab.frames // SAMPLED))
+        loudness(self.after, octaves, self.lengths.weights, SAMPLED, sampled)
         finer = np.empty((2, slab.power.shape[1]))
         band_rise(self.carried, slab.power, bands, self.lengths.freedom, PER, finer)
         if slab.first == 0:
@@ -246,7 +247,7 @@ class Survey:
             place=place,
             height=height,
             loud=loud,
-            loudness=self._loudness(octaves, frames),
+            loudness=sampled,
             silent=slab.silent | self.backgrounds.closed[: len(slab.silent)],
             digital=slab.silent,
         )
@@ -270,7 +271,7 @@ class Survey:
         first = sum(part.shape[1] for part in near[:-1])
         if not slab.last:
             near.append(self.slabs[self.done + 1].levels.long_parts[:, :LOCAL])
-        parts = np.concatenate(near, axis=1)
+        parts = np.concatenate(near, axis=1) if len(near) > 1 else near[0]
         out = np.zeros(GROUP // STEP * slab.power.shape[1], np.float32)
         self.lengths.rises.likelihood(
             self.every, slab.low, slab.left, parts, first, background, out[: self.every.shape[2]]
@@ -291,12 +292,6 @@ class Survey:
         grown, after = np.empty(len(frames)), np.concatenate(parts, axis=1)
         band_growth(self.carried, slab.power, after, later, background, PER, frames, grown)
         out[frames] = grown
-        return out
-
-    def _loudness(self, background: np.ndarray, frames: np.ndarray) -> np.ndarray:
-        """That after frames of the slab whose `after` is known."""
-        out = np.empty(len(frames))
-        loudness(self.after, background, self.lengths.weights, frames, out)
         return out
 
     def _crests(

@@ -68,7 +68,7 @@ from ._kernels import GROUP, Scale
 from ._memory import keep_memory
 from ._scale import scale_at
 from ._survey import Survey
-from ._windows import windows
+from ._windows import Window, windows
 from .deciding.doubt import EVEN, Doubt
 from .deciding.notes import (
     click_notes,
@@ -143,7 +143,7 @@ def detect_sound(
     found, clicks = search(gathered, pieces, rate, least_probability)
     if not clicks:
         return found
-    places, values = repairs(windows(pieces(), window_size(scale)), rate)
+    places, values = repairs(gathered.windows(pieces), rate)
 
     def mended() -> Iterable[Piece]:
         return repaired(pieces(), places, values)
@@ -165,6 +165,13 @@ class Surveyed(NamedTuple):
     survey: Survey
     limits: Limits
     samples: int
+    alone: Window | None  # the window, if there is one only
+
+    def windows(self, pieces: Callable[[], Iterable[Piece]]) -> Iterable[Window]:
+        """The windows of the record once more; the pieces of a short one are not read again."""
+        if self.alone is not None:
+            return [self.alone]
+        return windows(pieces(), window_size(self.survey.scale))
 
 
 def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -> Surveyed:
@@ -178,10 +185,9 @@ def surveyed(pieces: Callable[[], Iterable[Piece]], rate: float, scale: Scale) -
         before = high_pass(scale, rate, survey.bands, backgrounds.hum)
     modes = 0.0
     if predictable(np.array(backgrounds.narrow), rate, scale):
-        modes = lasting(windows(pieces(), window_size(scale)), rate, scale)
+        modes = lasting(gathered.windows(pieces), rate, scale)
     if modes and rate_of(survey) < OFTEN:
-        again = windows(pieces(), window_size(scale))
-        before = prediction(again, rate, scale, before, modes)
+        before = prediction(gathered.windows(pieces), rate, scale, before, modes)
     if before is None:
         return gathered
     gathered = surveyed_through(before, pieces, rate, scale)
@@ -203,8 +209,9 @@ def surveyed_through(
 ) -> Surveyed:
     """Go through the record, with a filter before the octaves if there is one."""
     survey = Survey(scale, rate, before)
-    samples, limits = 0, Limits()
+    samples, limits, alone = 0, Limits(), None
     for window in windows(pieces(), window_size(scale)):
+        alone = None if samples else window
         samples += len(window.core)
         cores = cores_of(window.core, scale.hop)
         least, greatest, _ = limits_of(cores)
@@ -212,7 +219,7 @@ def surveyed_through(
         refuse_huge(limits.least, limits.greatest)
         survey.add(window, cores)
     survey.finish()
-    return Surveyed(survey, limits, samples)
+    return Surveyed(survey, limits, samples, alone)
 
 
 def search(
@@ -222,7 +229,7 @@ def search(
     least_probability: float,
 ) -> tuple[SoundImpacts, int]:
     """The impacts but for clicks of single samples, and the number of these."""
-    survey, limits, samples = gathered
+    survey, limits, samples, _ = gathered
     if not samples or limits.least == limits.greatest:
         reason = "the record is constant" if samples else "the record has no valid sample"
         none = np.empty(0)
@@ -233,7 +240,7 @@ def search(
     doubt = Doubt()
     chosen, likeliest, left_out = choose(survey, least_probability, doubt)
     attacks = Attacks(survey, chosen, (limits.least, limits.greatest))
-    for window in windows(pieces() if chosen else [], window_size(survey.scale)):
+    for window in gathered.windows(pieces) if chosen else ():
         attacks.add(window)
     measured = attacks.measured()
     by_rise = measured.unless_swelling(rate)

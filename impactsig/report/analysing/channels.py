@@ -39,13 +39,13 @@ def overview_of(source: Recording | Iterable[Recording], duration: float) -> Rec
         of each span, alternating, at the rate which that makes.
     """
     if isinstance(source, Recording) and len(source) <= 2 * OVERVIEW_BINS:
-        return flat(source)
+        return source.channel(0)
     first, pieces, covered = None, [], 0.0
     for block in [source] if isinstance(source, Recording) else source:
-        first = first or flat(block.between())
+        first = first or block.between().channel(0)
         covered += block.duration
         share = block.duration / duration if duration else 1.0
-        _, low, high = flat(block).envelope(max(1, round(OVERVIEW_BINS * share)))
+        _, low, high = block.channel(0).envelope(max(1, round(OVERVIEW_BINS * share)))
         pieces.append(np.column_stack((low, high)).ravel())
     if first is None:
         raise InvalidInput("source", "no blocks", "at least one block of samples")
@@ -69,11 +69,11 @@ def around(
     margin = 4 * contact or EXCERPT
     low, high = max(source.start, touch - margin), min(source.stop, touch + contact + margin)
     if isinstance(source, Recording):
-        return earlier(flat(source.between(low, high)), delay)
+        return earlier(source.between(low, high).channel(0), delay)
     from ...io import read
 
     near = read(source.source, **{**readings[k], "start": low, "stop": high})
-    return earlier(flat(near), delay)
+    return earlier(near.channel(0), delay)
 
 
 def typical(impacts: Impacts) -> list[int]:
@@ -83,11 +83,6 @@ def typical(impacts: Impacts) -> list[int]:
     order = np.arange(len(impacts)) if impacts.peak is None else np.argsort(impacts.peak)
     chosen = order[[0, len(order) // 2, -1]]
     return [int(index) for index in dict.fromkeys(chosen.tolist())]
-
-
-def flat(recording: Recording) -> Recording:
-    """The recording as one channel without a second axis."""
-    return recording if recording.samples.ndim == 1 else recording.channel(0)
 
 
 def earlier(recording: Recording, delay: float) -> Recording:

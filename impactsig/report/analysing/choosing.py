@@ -20,7 +20,6 @@ from ...detect.roles import (
 )
 from ...errors import ImpactsigError, InvalidInput
 from ...recording import Recording
-from .channels import flat
 
 if TYPE_CHECKING:
     from ...io import Blocks, FileInfo
@@ -142,7 +141,7 @@ def _role(name: str, unit: str, source: Recording | Blocks, audible: bool) -> Ro
         return labelled
     pieces: Iterable[Recording] = [source] if isinstance(source, Recording) else source
     first = next(iter(pieces))
-    role = role_by_look(flat(first).samples[:LOOKED_AT])
+    role = role_by_look(first.channel(0).samples[:LOOKED_AT])
     if labelled.kind != UNKNOWN:
         return labelled._replace(steady=role.steady)
     if audible and source.sensor == "sound" and not role.by:

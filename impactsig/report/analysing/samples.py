@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...recording import Recording
-from .channels import delay_of, earlier, flat, overview_of, typical
+from .channels import delay_of, earlier, overview_of, typical
 
 if TYPE_CHECKING:
     from ...impacts import Impacts
@@ -66,7 +66,7 @@ def _taken(
     pieces: dict[int, list[np.ndarray]] = {}
     begins, at = 0, 0
     for block in [source] if isinstance(source, Recording) else source:
-        samples = flat(block).samples
+        samples = block.channel(0).samples
         ends = begins + len(samples)
         # The windows neither overlap nor change their order.
         while at < len(index) and first[at] < ends:

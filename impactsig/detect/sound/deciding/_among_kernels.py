@@ -21,8 +21,8 @@ import numpy as np
 from ...._compiling.compiled import allocating
 from .._kernels import GROUP
 from .._nearby_kernels import ends_about, greatest_about
-from ._crest_kernels import LEAST_OCTAVES, NEARBY, heights_reached
 from .candidates import HOPELESS
+from .crest_kernels import LEAST_OCTAVES, NEARBY, heights_reached
 
 AMONG = 2.0  # times a: height of crests with which others are compared, and that octaves show
 SHORTLY = 0.25  # [s], beside NEARBY, in which crests are counted

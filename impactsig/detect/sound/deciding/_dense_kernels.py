@@ -19,7 +19,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating
 from .._nearby_kernels import ends_about, number_as_high
-from ._crest_kernels import NEARBY
+from .crest_kernels import NEARBY
 
 MANY = 30.0  # crests a second
 AS_HIGH, LESS = 0.4, 0.13  # shares of the height

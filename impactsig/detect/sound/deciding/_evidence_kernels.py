@@ -6,7 +6,7 @@ import numpy as np
 
 from ...._compiling.compiled import allocating, kernel
 from .._kernels import BLOCK, SAMPLED
-from ._crest_kernels import NEARBY, heights_reached
+from .crest_kernels import NEARBY, heights_reached
 
 QUANTILES, TIMES = (0.75, 0.9), (50.0, 12.0)  # of C, and times these
 ABOVE, IN_NOISE = 50.0, 0.75  # times what such a crest is above so many s

@@ -14,9 +14,9 @@ from .._nearby_kernels import (
     strongest_beside,
 )
 from ._among_kernels import AMONG
-from ._crest_kernels import rate_of_others
 from ._voice_kernels import lower_pulses
 from .candidates import HOPELESS
+from .crest_kernels import rate_of_others
 
 EVIDENT = 1.0, 2.0  # evidence from octaves, of impacts that tell how often they come
 OCTAVES_SLOPE, OFTEN_SLOPE = 6.5, 1.5  # of the log-odds by octaves

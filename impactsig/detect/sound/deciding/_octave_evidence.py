@@ -18,8 +18,8 @@ import numpy as np
 
 from .._kernels import BLOCK, GROUP, SAMPLED
 from .._nearby import ranked
-from ._crest_kernels import NEARBY
 from ._evidence_kernels import IN_NOISE, TIMES, put_evidence, put_greatest, put_ranks
+from .crest_kernels import NEARBY
 from .crests import Crests
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from ...._compiling.compiled import allocating, kernel
 from .._kernels import BLOCK, GROUP, STEP
 from .._nearby_kernels import ends_about, greatest_beside, nearest, number_as_high
-from ._crest_kernels import rate_of_others
 from .candidates import HOPELESS
+from .crest_kernels import rate_of_others
 
 HERE = 5e-3  # [s], of a crest, that its H is taken from
 EVIDENT, CLEARLY = 1.0, 20.0  # log-odds and H of evident impacts

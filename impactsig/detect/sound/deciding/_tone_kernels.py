@@ -7,7 +7,7 @@ import numpy as np
 from ...._compiling.compiled import allocating, kernel
 from ...signal.order_kernels import select
 from .._nearby_kernels import ends_about, greatest_beside
-from ._crest_kernels import LEAST_OCTAVES
+from .crest_kernels import LEAST_OCTAVES
 
 SLOPES = 0.7, 1.7, 5.4, 1.5  # of ln G, ln B, ln(G_1/2 + 5), ln B_max
 OFFSET = 12.1

@@ -28,10 +28,10 @@ from .._kernels import GROUP
 from .._nearby import places_about, separate_crests
 from .._nearby_kernels import greatest_between
 from .._survey import Passage
-from ._crest_kernels import LATER, NEARBY, SOONER
 from ._judging_kernels import GROWS_ON, growth_near
 from ._tone_kernels import FAINTEST, SWELLING, put_onsets, put_tone_odds
 from .candidates import Candidates, with_others
+from .crest_kernels import LATER, NEARBY, SOONER
 from .crests import Crests
 
 APART = 25e-3  # [s], crests of G

@@ -20,7 +20,7 @@ import numpy as np
 from ...._compiling.compiled import allocating
 from .._kernels import GROUP
 from .._nearby_kernels import ends_about, number_as_high
-from ._crest_kernels import heard_about
+from .crest_kernels import heard_about
 
 WITHIN, AS_HIGH, MANY = 50e-3, 0.4, 5  # [s], share of the height, and number of crests
 ALWAYS, STEADY = 1.0, 0.7  # [s], and share of the time that such crests fill if they are steady

@@ -14,8 +14,8 @@ import numpy as np
 from .._kernels import GROUP
 from .._nearby_kernels import put_totals
 from .._survey import Passage
-from ._crest_kernels import NEARBY, crest_evidence
 from ._tails import decay_rate
+from .crest_kernels import NEARBY, crest_evidence
 
 SIGMAS, SKEW = 1.9, 9.0  # a = s (SIGMAS + SKEW s), s the standard deviation of C in noise
 ALONE = 28e-3  # [s] within which C must be greatest for G to count: the extent of G

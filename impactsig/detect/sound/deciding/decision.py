@@ -35,13 +35,13 @@ import numpy as np
 from .._kernels import GROUP, Scale
 from .._survey import Passage
 from ._among_kernels import put_odds_among
-from ._crest_kernels import LATER, SOONER
 from ._dense_kernels import put_dense_odds
 from ._judging_kernels import judge, put_band_evidence
 from ._octave_evidence import octave_evidence, rattling
 from ._rise_odds import with_rises
 from ._tones import with_tones
 from .candidates import Candidates
+from .crest_kernels import LATER, SOONER
 from .crests import audible_rise, octave_crests
 
 APART = 25e-3  # [s], crests of B
