@@ -13,7 +13,9 @@ from scipy.optimize import minimize_scalar
 from benchmarks import sound_errors, strange_sounds
 from benchmarks.recordings import microphone, score
 from impactsig.detect.signal.stream import Piece
-from impactsig.detect.sound._attacks import shifted
+from impactsig.detect.sound._attacks import at_most
+from impactsig.detect.sound._heard import unknown
+from impactsig.detect.sound._instant_kernels import put_errors, put_instants
 from impactsig.detect.sound._scale import scale_at, sound_lengths
 from impactsig.detect.sound.sound import detect_sound, distinct
 from impactsig.detect.sound.timing import _waveform
@@ -23,6 +25,7 @@ from impactsig.detect.sound.timing._alike_kernels import (
     likeliest,
     mean_wave,
     respond,
+    shift_taps,
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
@@ -226,7 +229,7 @@ def test_the_shift_of_least_squares_is_that_which_leaves_least():
 
     shifts, weight = np.empty((ROWS, 60)), rng.uniform(0.5, 1.0, 60)
     pad = TAPS + 1
-    shift_wave(tone(places[30 - pad : 90 + pad]), pad, shifts)
+    shift_wave(tone(places[30 - pad : 90 + pad]), pad, shift_taps(), shifts)
     y = 0.7 * tone(places - 1.3137) + 0.01 * rng.standard_normal(120)
 
     def left(shift):
@@ -295,7 +298,7 @@ def test_the_wave_is_learned_from_the_first_impacts_however_they_come():
     wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
     sounds = np.exp(0.3 * rng.standard_normal((LEARN + 60, 1))) * wave
     sounds += 0.01 * rng.standard_normal(sounds.shape)
-    whole, parts = (Overlay(lengths, lambda count: np.full((2, count), np.nan)) for _ in range(2))
+    whole, parts = Overlay(lengths, unknown), Overlay(lengths, unknown)
     whole.add(sounds, np.ones(len(sounds)))
     for part in np.split(sounds, [3, 3, 90, LEARN - 1, LEARN + 1]):
         parts.add(part, np.ones(len(part)))
@@ -311,9 +314,9 @@ def test_sounds_whose_squares_are_hardly_numbers_are_laid_over_others():
     sounds = wave * rng.standard_normal(lengths.length) + np.zeros((200, 1))
     sounds += 0.01 * rng.standard_normal(sounds.shape)
     sounds[1::2] *= np.logspace(-150, -165, 100)[:, None]
-    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay = Overlay(lengths, unknown)
     overlay.add(sounds, np.full(200, 0.3))
-    shift = overlay.timing()[0]
+    shift = overlay.timing()[:, 0]
     np.testing.assert_allclose(shift[::2], 0.0, atol=0.05)
     assert np.nanmax(np.abs(shift[1::2])) < 1.0
 
@@ -335,9 +338,9 @@ def test_no_more_of_a_sound_is_read_than_is_kept(monkeypatch):
         return mean_wave(sounds, shift, factor, start, wave)
 
     monkeypatch.setattr(_waveform, "mean_wave", reading)
-    overlay = Overlay(lengths, lambda count: (np.full(count, np.nan),) * 2)
+    overlay = Overlay(lengths, unknown)
     overlay.add(sounds, np.full(100, 0.3))
-    shift = overlay.timing()[0]
+    shift = overlay.timing()[:, 0]
     np.testing.assert_allclose(shift[1:7] - shift[0], late[1:7], atol=0.2)
     assert len(read) == 4
     assert min(first for first, _ in read) >= 0
@@ -362,7 +365,7 @@ def test_the_leader_is_the_first_to_which_most_are_alike(groups):
     counts, shifts = [], np.empty((ROWS, lengths.size))
     for sound in sounds:
         part = sound[lengths.first - lengths.pad :][: lengths.size + 2 * lengths.pad]
-        shift_wave(part, lengths.pad, shifts)
+        shift_wave(part, lengths.pad, laying.taps, shifts)
         counts.append(are_alike(laying.over(sounds, anywhere, shifts, 0.0, 1.0)).sum())
     expected = int(np.argmax(counts)) if max(counts) >= 4 else -1
     assert laying.leader(sounds) == expected
@@ -391,15 +394,56 @@ def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing,
     assert sum(1 / stride for _, stride in PARTS) == 1.0
 
 
+def shifted(at, by_modes, by_wave=None, known=0.3):
+    """Instants of attacks that are shifted, and which are by the waveform."""
+    count = len(at)
+    attack, modes, wave = np.zeros((count, 5)), np.full((count, 2), known), unknown(count)
+    attack[:, 0], modes[:, 0] = at, by_modes
+    if by_wave is not None:
+        wave[:, 0] = by_wave
+    (instant, scratch), alike = np.empty((2, count)), np.empty(count, np.bool_)
+    put_instants(attack, modes, wave, 0.5, 5.0, scratch, instant, alike)
+    return instant, alike
+
+
+def test_the_waveform_counts_unless_it_may_be_a_period_beside():
+    at, by_modes = [10.5, 30.5, 50.5, 70.5, 90.5], [5.0, 5.1, 5.1, 5.1, np.nan]
+    instant, alike = shifted(at, by_modes, [9.0, 6.6, 6.7, np.nan, -8.0])
+    np.testing.assert_array_equal(alike, [True, True, False, False, True])
+    np.testing.assert_allclose(instant - at, [9.0, 6.6, 5.1, 5.1, -8.0], atol=1e-12)
+    _, alike = shifted(at, by_modes, [9.0, 5.6, 5.7, np.nan, -8.0], known=0.05)
+    np.testing.assert_array_equal(alike, [True, True, False, False, True])
+
+
+def test_errors_are_those_of_what_gave_the_instant():
+    attack = np.array([[10.5, 1.0, 0.0, 9.0, 6.0]] * 5)
+    modes, wave = np.full((5, 2), 0.4), np.full((5, 2), 0.1)
+    instant = attack[:, 0] + [0.0, 0.4, 0.1, 0.1, 0.4]
+    alike, early = np.array([False, False, True, True, False]), np.array([0.0, 3.0, 3.0, 0.0, 0.0])
+    spread, likely = np.array([4.0, 0.0, 0.0, 0.0, 30.0]), np.array([1.0, 1.0, 1.0, 0.75, 1.0])
+    error = np.empty(5)
+    put_errors(attack, instant, modes, wave, alike, spread, early, likely, 12.0, 2.0, 24.0, error)
+    astray = 3.0**3 / 12.0**2
+    beside = np.hypot(0.4, np.hypot(3.0, 30.0))
+    expected = np.sqrt([9.0 + 16 + 16 + 144, 0.16 + astray**2 + 9, 0.01, 0.01 + 3, beside**2])
+    np.testing.assert_allclose(error, expected, rtol=1e-12)
+
+
+def test_probabilities_are_at_most_those_of_log_odds():
+    odds = np.array([np.inf, 2.0, -2.0, -1e3])
+    most = at_most(np.array([0.9, 0.7, 0.7, 0.7]), odds)
+    np.testing.assert_allclose(most, [0.9, 0.7, 1.0 / (1.0 + np.exp(2.0)), np.exp(-50.0)])
+
+
 def test_instants_are_never_put_out_of_order():
-    instant = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
+    instant, _ = shifted(np.array([10.5, 12.5, 20.5]), np.array([1.5, -1.0, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 12.5, 20.75])
 
 
 def test_of_two_impacts_at_one_instant_the_likelier_counts():
     """Attacks of which only narrow bands tell may be the same, or come in reverse."""
     attack = np.array([10.5, 10.5, 14.5, 13.5, 20.5])
-    instant = shifted(attack, np.array([0.25, 0.25, np.nan, 0.25, 0.25]))
+    instant, _ = shifted(attack, np.array([0.25, 0.25, np.nan, 0.25, 0.25]))
     np.testing.assert_array_equal(instant, [10.5, 10.5, 14.5, 13.5, 20.75])
     likely = np.array([0.6, 0.8, 0.9, 0.7, 0.5])
     np.testing.assert_array_equal(distinct(instant, likely), [1, 3, 2, 4])

@@ -82,8 +82,8 @@ def test_the_odds_against_sums_by_hand():
     before = power(-8, -1) - power(-16, -8)
 
     def odds_of(x: np.ndarray) -> np.ndarray:
-        beside = PowersBeside(EDGES, rate, lags)
-        beside.add(x, attack, np.isfinite(steady) & beside.within(x, attack))
+        beside = PowersBeside(EDGES, rate, lags, beyond=False)
+        beside.add(x, attack, np.isfinite(steady))
         return gradual_odds(steady, beside.powers(), beside.edges)
 
     for scale in (1.0, 1e6):
@@ -94,6 +94,7 @@ def test_the_odds_against_sums_by_hand():
     grown = np.exp(0.05 / 8.0 * np.arange(600))  # 0.1 neper of power in 1 ms
     rise, wide, before = rise + 0.4, wide + 0.9, before + 0.75
     odds = odds_of(x * grown)
+    assert np.isinf(odds[1:]).all()
     assert odds[0] == pytest.approx(1.0 + 2.2 * (rise - 0.75 * wide) - 1.6 * before, abs=0.2)
     x[165:240] = 0.0  # beside digital silence
     assert np.isinf(odds_of(x * grown)[0])

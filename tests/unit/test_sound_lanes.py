@@ -6,7 +6,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from impactsig.detect.sound._lane_kernels import exponentials, greatest_of, logarithms
+from impactsig.detect.sound._lane_kernels import (
+    exponentials,
+    greatest_of,
+    logarithms,
+    median_energy,
+)
 
 
 def in_last_places(found, exact):
@@ -54,3 +59,10 @@ def test_greatest(count):
 def test_nothing_is_done_with_no_numbers():
     for function in (logarithms, exponentials):
         function(np.empty(0))
+
+
+@pytest.mark.parametrize("count", [1, 4, 7])
+def test_median_energy_of_parts_of_sounds(count):
+    sounds = np.random.default_rng(3).standard_normal((count, 30))
+    expected = np.median(np.sum(sounds[:, 4:25] ** 2, axis=1))
+    assert median_energy(sounds, 4, 25) == pytest.approx(expected, rel=1e-13)

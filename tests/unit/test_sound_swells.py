@@ -83,7 +83,7 @@ def test_sharpness_against_sums_by_hand():
     attack = np.array([90.5, 201.5, 4.5, 369.5])
 
     def sharpness_of(x: np.ndarray, attack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        beside = PowersBeside(EDGES, rate, (lag, slope))
+        beside = PowersBeside(EDGES, rate, (lag, slope), beyond=True)
         for some in (attack[:1], attack[1:]):
             beside.add(x, some, np.ones(len(some), bool))
         return sharpness(beside.powers(), rate)

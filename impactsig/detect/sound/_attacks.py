@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..signal.order_kernels import quantile
 from ._attack_kernels import crests_after, measure
 from ._beginnings import Beginnings
 from ._choosing import Chosen, loudness_of
@@ -19,12 +20,12 @@ from ._clicks import lone_samples
 from ._cores import window_size
 from ._growth import Growth
 from ._heard import Heard, unknown
+from ._instant_kernels import put_at_most, put_errors, put_instants
 from ._kernels import Scale
 from ._scale import LAG_RATES, sound_lengths
 from ._survey import Survey
 from ._windows import Window
 from .deciding.beside import PowersBeside
-from .deciding.candidates import probability_of
 from .deciding.crest_kernels import LATER, SOONER
 from .deciding.doubt import EVEN
 from .deciding.gradual import EDGES as GRADUAL_EDGES
@@ -58,13 +59,20 @@ class Measured(NamedTuple):
         """Probabilities of impacts, with what the attacks tell of gradual rises."""
         likely = self.probability >= EVEN
         in_order = np.maximum.accumulate(self.attack[:, 0]) / rate
-        most = most_odds(in_order, likely, self.sharp, self.rise)
-        most = np.minimum(most, most_odds_beside(in_order, self.gradual, likely))
-        return np.minimum(self.probability, probability_of(most))
+        swelling = most_odds(in_order, likely, self.sharp, self.rise)
+        gradual = most_odds_beside(in_order, self.gradual, likely)
+        return at_most(at_most(self.probability, swelling), gradual)
 
     def unless_overloaded(self, likely: np.ndarray) -> np.ndarray:
         """Probabilities of impacts that are `likely` otherwise."""
-        return np.minimum(likely, probability_of(self.overload))
+        return at_most(likely, self.overload)
+
+
+def at_most(probability: np.ndarray, odds: np.ndarray) -> np.ndarray:
+    """The probabilities, but no more than those of some log-odds."""
+    out = np.empty(len(probability))
+    put_at_most(probability, odds, out)
+    return out
 
 
 class Attacks:
@@ -98,8 +106,9 @@ class Attacks:
         self.growth = Growth(rate, self.lengths.before)
         self.beginnings = Beginnings(rate)
         self.overload = Overload(limits, survey.spectrum, scale, rate)
-        self.beside = PowersBeside(SWELL_EDGES, rate, (scale.long_lag, scale.slope))
-        self.far_beside = PowersBeside(GRADUAL_EDGES, rate, (scale.short_lag, scale.slope))
+        lags = (scale.long_lag, scale.slope), (scale.short_lag, scale.slope)
+        self.beside = PowersBeside(SWELL_EDGES, rate, lags[0], beyond=True)
+        self.far_beside = PowersBeside(GRADUAL_EDGES, rate, lags[1], beyond=False)
         self.attack, self.lone = [np.empty((0, 5))], [np.empty(0, np.bool_)]
 
     def add(self, window: Window) -> None:
@@ -108,13 +117,13 @@ class Attacks:
             return
         scale, rate = self.scale, self.rate
         passage, first = self.chosen[window.segment], window.first // scale.hop
-        here = slice(*np.searchsorted(passage.frame, (first, first + self.size)))
+        here = slice(*passage.frame.searchsorted((first, first + self.size)).tolist())
         if here.start == here.stop:
             return
         raw, core = window.beside(self.more * scale.hop)
         x = raw if self.filter is None else self.filter.of(raw)
-        places = core + (passage.frame[here] - first) * scale.hop
-        for k in np.flatnonzero(passage.coarse[here]):
+        places = passage.frame[here] * scale.hop + (core - first * scale.hop)
+        for k in passage.coarse[here].nonzero()[0].tolist():
             places[k] = greatest_rise(x, int(places[k]), scale, rate)
         attack, sounds = np.empty((len(places), 5)), np.empty((len(places), self.lengths.length))
         measure(x, places, self.limits, scale, attack, sounds)
@@ -127,8 +136,7 @@ class Attacks:
                 attack[:, 1] = crests[:, 0]
         lone_samples(raw, at, round(CLICK * rate), scale.reach, lone)
         self.beside.add(x, at, self.crowded[window.segment][here])
-        gradual = np.isfinite(passage.steady[here]) & self.far_beside.within(x, at)
-        self.far_beside.add(x, at, gradual)
+        self.far_beside.add(x, at, np.isfinite(passage.steady[here]))
         self.overload.add(raw, at, passage.may_be_edge[here])
         if self.heard is None:
             self.modes.add(x, at)
@@ -138,7 +146,7 @@ class Attacks:
             self.overlay.add(sounds, np.sqrt(attack[:, 3]))
         self.growth.add(sounds, passage.probability[here] >= EVEN)
         self.beginnings.add(x, at)
-        attack[:, 0] += window.segment + window.first - core
+        np.add(at, window.segment + window.first - core, out=attack[:, 0])
         self.attack.append(attack)
         self.lone.append(lone)
 
@@ -166,29 +174,20 @@ class Attacks:
         attack, reach = measured.attack, self.scale.reach
         count = len(attack)
         by_modes = self.modes.timing() if self.heard is None else unknown(count)
-        by_wave, wave_error = self.overlay.timing() if self.comparable else unknown(count)
+        by_wave = self.overlay.timing() if self.comparable else unknown(count)
         if self.heard is not None:
             heard = self.heard.timing(np.sqrt(attack[:, 3]))
-            if np.isfinite(heard.shift).any():
-                by_wave, wave_error = heard
-        # If an attack is off by more than the largest shift, the waveform is a period beside.
-        by_mode = np.where(np.isfinite(by_modes.shift), by_modes.shift, 0.0)
-        apart = np.abs(by_wave - by_mode)
-        beside = np.fmax(self.lengths.agree, 5.0 * by_modes.error)
-        within = np.abs(by_mode) <= self.lengths.far
-        alike = np.isfinite(by_wave) & (within | (apart <= beside))
-        instant = shifted(attack[:, 0], np.where(alike, by_wave, by_modes.shift))
-        spread = self.rate * measured.spread
-        by_attack = np.hypot(np.hypot(attack_errors(attack), spread), self.growth.spread())
-        # Where noise hides an attack, modes are now and then those of the noise beside the sound.
-        hidden = np.hypot(np.sqrt(attack[:, 3]), spread)
-        astray = np.minimum(hidden, hidden**3 / (0.5 * reach) ** 2)
-        error = np.where(alike, wave_error, np.hypot(by_modes.error, astray))
-        error = np.where(instant == attack[:, 0], by_attack, error)
+            if np.isfinite(heard).any():
+                by_wave = heard
+        instant, shift, error = np.empty((3, count))
+        alike, lengths = np.empty(count, np.bool_), self.lengths
+        limits = lengths.agree, float(lengths.far)
+        put_instants(attack, by_modes, by_wave, *limits, shift, instant, alike)
         early = self.beginnings.spread(instant - attack[:, 0], (likely >= EVEN) & ~alike)
-        error = np.where(alike, error, np.hypot(error, early))
-        # What may be no impact may as well begin anywhere within reach of where it was found.
-        error = np.hypot(error, (1.0 - likely) ** 1.5 * reach / math.sqrt(3.0))
+        usual = RINGING[1] * quantile(attack[:, 4].copy(), RINGING[0])
+        told = self.rate * measured.spread, early, likely
+        known = self.growth.spread(), usual, reach
+        put_errors(attack, instant, by_modes, by_wave, alike, *told, *known, error)
         return instant, error, alike
 
 
@@ -207,38 +206,3 @@ def greatest_rise(x: np.ndarray, place: int, scale: Scale, rate: float) -> int:
     rise = (sums[half:] + least) / (sums[:-half] + least)
     split = low + int(np.argmax(rise[: high - low]))
     return split - split % scale.hop
-
-
-def shifted(attack: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Instants of attack, shifted where a shift is known.
-
-    Where that would put two out of order, both stay as they are.
-    """
-    known = np.isfinite(shift)
-    if not known.any():
-        return attack
-    while True:
-        instant = np.where(known, attack + shift, attack)
-        crossed = np.flatnonzero((np.diff(instant) <= 0) & (known[1:] | known[:-1]))
-        if not len(crossed):
-            return instant
-        known[crossed] = known[crossed + 1] = False
-
-
-def attack_errors(attack: np.ndarray) -> np.ndarray:
-    """Standard errors of attacks [samples], from the results of `measure`.
-
-    If a filter rings before impacts, the ringing is detected earlier for some than for others: a
-    sound that is clear later after its attack than is usual began later by about as much.
-    """
-    clear = attack[:, 4]
-    usual = RINGING[1] * quantile(clear, RINGING[0]) if len(clear) else 0.0
-    return np.sqrt(attack[:, 3] + (clear - usual) ** 2)
-
-
-def quantile(values: np.ndarray, share: float) -> float:
-    """That of `np.quantile`, in a fraction of its time."""
-    ordered, place = np.sort(values), share * (len(values) - 1)
-    before = int(place)
-    low, high = ordered[before], ordered[min(before + 1, len(values) - 1)]
-    return float((high - low) * (place - before) + low)

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._lane_kernels import median_energy
 from ._low_kernels import begun_before, likeliest_fractions, low_before, predictors
-from ._nearby import middle
 
 STEP = 0.25e-3  # [s], and time before the attack that is its own
 BEFORE, NOISE, ORDER = 10, 24, 3  # steps in which sounds begin, that are noise, and that predict
@@ -53,9 +53,11 @@ class Beginnings:
         `shift` is what instants are later than their attacks; `likely` are the impacts that show
         how many begin early.
         """
+        error = np.zeros(len(shift))
+        if np.count_nonzero(likely) < LEAST:
+            return error
         rows = np.concatenate(self.found)
         known = np.isfinite(rows[:, 0])
-        error = np.zeros(len(rows))
         which = np.flatnonzero(known & likely)
         if len(which) < LEAST:
             return error
@@ -79,8 +81,8 @@ class Beginnings:
 
     def _evidence(self, rows: np.ndarray) -> np.ndarray:
         """Logarithm of the evidence of each number of early steps, from none on."""
-        quiet, evidence = rows[:, BEFORE:], np.zeros((len(rows), BEFORE + 1))
-        power = middle(np.einsum("ij,ij->i", quiet, quiet)) / quiet.shape[1]
+        evidence, count = np.zeros((len(rows), BEFORE + 1)), rows.shape[1]
+        power = median_energy(rows, BEFORE, count) / (count - BEFORE)
         if power > 0.0:
             rows = rows / np.sqrt(power)
             coefficients = np.empty(ORDER + 1)
@@ -101,10 +103,7 @@ def _fractions(evidence: np.ndarray, least: float) -> np.ndarray | None:
     (Akaike): one impact in a hundred whose noise rises by chance would otherwise make all others
     uncertain. None if they do not.
     """
-    if np.sum(evidence.max(axis=1)) <= least:
-        return None  # no fraction gains as much: of none the evidence is 0
-    odds = _odds(evidence)
-    fraction = np.full(odds.shape[1], 0.1 / (odds.shape[1] - 1))
+    fraction = np.full(evidence.shape[1], 0.1 / (evidence.shape[1] - 1))
     fraction[0] = 0.9
-    gain = likeliest_fractions(odds, ROUNDS, fraction)
+    gain = likeliest_fractions(evidence, least, ROUNDS, fraction)
     return fraction if gain > least else None

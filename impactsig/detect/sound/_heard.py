@@ -15,7 +15,6 @@ from ._kernels import Scale
 from ._nearby import middle
 from .timing.alike import Overlay
 from .timing.laying import Lengths
-from .timing.shared_modes import Timing
 
 SURELY = 3.0  # standard errors of attacks, by which a waveform may differ
 
@@ -38,15 +37,19 @@ class Heard:
         self.overlay.add(sounds, np.sqrt(found[:, 3]))
         self.late.append(found[:, 0] - attacks)
 
-    def timing(self, error: np.ndarray) -> Timing:
-        """Shifts of the attacks behind the filter, which have these errors; NaN if unknown."""
-        (shift, own), late = self.overlay.timing(), np.concatenate(self.late)
+    def timing(self, error: np.ndarray) -> np.ndarray:
+        """Shifts of the attacks behind the filter, which have these errors, and their own errors.
+
+        As by `Overlay.timing`.
+        """
+        (shift, own), late = self.overlay.timing().T, np.concatenate(self.late)
         known = np.isfinite(shift)
         if known.any():
             shift = shift + late - middle(late[known])
-        return Timing(np.where(np.abs(shift) <= SURELY * error, shift, np.nan), own)
+        shift = np.where(np.abs(shift) <= SURELY * error, shift, np.nan)
+        return np.stack((shift, own), axis=1)
 
 
-def unknown(count: int) -> Timing:
-    """Shifts of so many attacks that nothing but they tells."""
-    return Timing(*np.full((2, count), np.nan))
+def unknown(count: int) -> np.ndarray:
+    """Shifts, and their errors, of so many attacks that nothing but they tells."""
+    return np.full((count, 2), np.nan)

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..._compiling.compiled import njit
+from ..signal.order_kernels import centre_of
 
 fused = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 """A kernel in which a product and a sum are rounded once: half as many instructions."""
@@ -109,3 +110,12 @@ def sum_of_products(values, others):
     for i in range(np.uint64(len(values))):
         total += values[i] * others[i]
     return total
+
+
+@fused
+def median_energy(sounds, first, last):
+    """Median over sounds (n, samples) of their energy from sample `first` to before `last`."""
+    energy = np.empty(len(sounds))
+    for i in range(len(sounds)):
+        energy[i] = sum_of_squares(sounds[i, first:last])
+    return centre_of(energy, len(energy))

@@ -121,16 +121,26 @@ def begun_before(rows, before, coefficients, powers, evidence):
 
 
 @reordered
-def likeliest_fractions(odds, rounds, fraction):
+def likeliest_fractions(evidence, least, rounds, fraction):
     """Set the fractions of a mixture to the likeliest, and return by how much these gain.
 
-    odds[i, n] is the likelihood of row i if it is of kind n. So many rounds of expectation and
-    maximisation begin with the given fractions; the gain is that of the log-likelihood over a
-    fraction of 1 for the first kind, and 0 if each other one would make it less.
+    evidence[i, n] is the logarithm of the likelihood of row i if it is of kind n, 0 for the first.
+    So many rounds of expectation and maximisation begin with the given fractions; the gain is that
+    of the log-likelihood over a fraction of 1 for the first kind, and 0 if each other one would
+    make it less, or if no fractions gain more than `least`.
     """
-    count, kinds = odds.shape
+    count, kinds = evidence.shape
+    odds, most = np.empty((count, kinds)), 0.0
+    for i in range(count):
+        greatest = evidence[i].max()
+        most += greatest
+        for n in range(kinds):
+            odds[i, n] = evidence[i, n] - greatest
+    if most <= least:
+        return 0.0
     total, gain = np.zeros(kinds), 0.0
     for i in range(count):
+        exponentials(odds[i])
         for n in range(kinds):
             total[n] += odds[i, n] / odds[i, 0]
     if total.max() <= count:

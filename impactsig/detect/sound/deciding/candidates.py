@@ -25,12 +25,8 @@ class Candidates(NamedTuple):
     @property
     def probability(self) -> np.ndarray:
         """Probability that each is an impact."""
-        return probability_of(self.odds)
-
-
-def probability_of(odds: np.ndarray) -> np.ndarray:
-    """Probability of these log-odds, at least e^-50."""
-    return np.asarray(1.0 / (1.0 + np.exp(-np.maximum(odds, -50.0))))
+        likely: np.ndarray = 1.0 / (1.0 + np.exp(-np.maximum(self.odds, -50.0)))
+        return likely
 
 
 def with_others(

@@ -29,13 +29,10 @@ import numpy as np
 from .._kernels import STEP
 from .._nearby import places_about
 from .._survey import Passage
-from ._gradual_kernels import LEAST, put_steady_odds
+from ._gradual_kernels import put_gradual_odds, put_steady_odds
 from ._rise_odds_kernels import HERE
 
-SUDDEN, SHOWN = 3.0, 0.3  # R of an impact, and least S of a gradual rise
 EDGES = -16e-3, -8e-3, -4e-3, -1e-3, 0.0, 1e-3, 4e-3, 8e-3  # [s], about the attack
-OF_R, OF_S, OF_BEFORE = 2.2, -1.65, -1.6  # of R, S, S' in the log-odds
-MOST_S, MOST_BEFORE = 4.0, 2.0  # that count [neper]
 NEAR, ALONE, EACH, MOST_OTHERS = 1.0, 3.0, -1.15, 4  # [s], log-odds alone, for each other, and most
 
 
@@ -60,28 +57,11 @@ def steady_odds(
 def gradual_odds(steady: np.ndarray, power: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Log-odds that rises are sudden; infinite if not asked for.
 
-    `steady` are their `steady_odds`, `power` the powers between the `edges` [samples].
+    `steady` are their `steady_odds`, `power` the powers between the `edges` [samples], NaN where
+    not asked for.
     """
-    out = np.full(len(steady), np.inf)
-    asked = np.isfinite(power[0])
-    if not asked.any():
-        return out
-    power, size = power[:, asked], np.diff(edges).astype(float)
-
-    def mean(first: int, last: int) -> np.ndarray:
-        parts = slice(first, last)
-        return np.asarray(size[parts] @ power[parts] / size[parts].sum())
-
-    heard = (power > 0.0).all(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        earlier = mean(1, 3)
-        rise = np.log(mean(4, 6) / mean(2, 4))
-        wide = np.log(mean(5, 7) / earlier)
-        before = np.log(earlier / mean(0, 1))
-        odds = steady[asked] + OF_R * np.clip(rise, LEAST, SUDDEN)
-        odds += OF_S * np.clip(wide, LEAST, MOST_S)
-        odds += OF_BEFORE * np.clip(before, LEAST, MOST_BEFORE)
-    out[asked] = np.where(heard & (rise < SUDDEN) & (wide > SHOWN), odds, np.inf)
+    out = np.empty(len(steady))
+    put_gradual_odds(steady, power, edges, out)
     return out
 
 

@@ -36,6 +36,8 @@ SHARP, SLOPE = 1.0, 4.0  # e of even odds among such, and log-odds for each nepe
 
 def crowds(instant: np.ndarray) -> np.ndarray:
     """Which of the instants [s], in order, have a CROWD about them."""
+    if len(instant) <= CROWD:
+        return np.zeros(len(instant), np.bool_)
     first, last = places_about(instant, instant, WITHIN, WITHIN)
     return np.asarray(last - first > CROWD)
 

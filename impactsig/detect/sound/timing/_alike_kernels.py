@@ -26,14 +26,8 @@ STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-
 
 
 @fused
-def shift_wave(wave, pad, shifts):
-    """The wave at all shifts of a grid, without `pad` samples at both ends."""
-    shift_by(wave, pad, shift_taps(), shifts)
-
-
-@fused
 def shift_taps():
-    """Interpolation weights of these shifts, one set a row."""
+    """Interpolation weights at all shifts of a grid, one set a row."""
     taps = np.empty((ROWS, 2 * TAPS))
     for j in range(ROWS):
         later = (ROWS // 2 - j) / SHIFTS
@@ -42,8 +36,8 @@ def shift_taps():
 
 
 @fused
-def shift_by(wave, pad, taps, shifts):
-    """The same as `shift_wave`, by the weights."""
+def shift_wave(wave, pad, taps, shifts):
+    """The wave at these shifts, by their `taps`, without `pad` samples at both ends."""
     for j in range(ROWS):
         whole = math.floor((ROWS // 2 - j) / SHIFTS)
         filtered_at(wave, pad + int(whole) + 1 - TAPS, taps[j], shifts[j])
@@ -218,6 +212,14 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
 
 
 @fused
+def put_expected(spread, out):
+    """Where no shift is known by other means: none, with the standard error of the attack."""
+    for i in range(len(out)):
+        if not math.isfinite(out[i, 0]):
+            out[i, 0], out[i, 1] = 0.0, spread[i]
+
+
+@fused
 def is_alike(laid):
     """Whether the residual of a sound, by what `lay_over` finds, is noise and 1 - ALIKE^2 at most.
 
@@ -236,7 +238,7 @@ def mark_alike(laid, out):
 
 
 @fused
-def most_alike(sounds, lengths, taper, weight):
+def most_alike(sounds, lengths, taps, taper, weight):
     """Number of the sound to which most are alike, the first of several; -1 if that is to no half.
 
     A sound is left as soon as it cannot come up to that.
@@ -244,11 +246,11 @@ def most_alike(sounds, lengths, taper, weight):
     best, most = -1, -(-len(sounds) // 2) - 1
     anywhere, laid = np.empty((1, 2)), np.empty((1, 6))
     anywhere[0, 0], anywhere[0, 1] = 0.0, np.inf  # where they agree is to be seen
-    shifts, taps = np.empty((ROWS, lengths.size)), shift_taps()
+    shifts = np.empty((ROWS, lengths.size))
     first = lengths.first - lengths.pad
     for leader in range(len(sounds)):
         wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
-        shift_by(wave, lengths.pad, taps, shifts)
+        shift_wave(wave, lengths.pad, taps, shifts)
         count = len(sounds)
         for i in range(len(sounds)):
             if count <= most:

@@ -94,6 +94,12 @@ def high_pass(rate: float) -> np.ndarray:
     return taps - taps.mean()
 
 
+@functools.lru_cache(maxsize=8)
+def passed(rate: float) -> float:
+    """The share of the power of white noise that passes this filter."""
+    return float(np.sum(high_pass(rate) ** 2))
+
+
 def whitening(quiet: np.ndarray, taps: np.ndarray, rate: float, error: float) -> np.ndarray:
     """The same number of taps that also whiten the noise in `quiet` (n, samples).
 

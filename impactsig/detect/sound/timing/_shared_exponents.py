@@ -57,9 +57,7 @@ def no_rings(rate: float, ring: Ring) -> Rings:
 def with_rings(rings: Rings, sounds: np.ndarray, guess: np.ndarray, rate: float) -> Rings:
     """Rings, to whose total those of sounds that start near a guess are added."""
     size, total = rings.size, rings.total.copy()
-    known = np.isfinite(guess) & (guess < sounds.shape[1])
-    first = np.where(known, guess, sounds.shape[1]).astype(np.int64) + round(SKIP * rate)
-    floor = add_rings(sounds, first, size, size - len(total) + 1, total)
+    floor = add_rings(sounds, guess, round(SKIP * rate), size, size - len(total) + 1, total)
     return rings._replace(total=total, floor=rings.floor + floor)
 
 

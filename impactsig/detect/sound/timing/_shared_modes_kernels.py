@@ -15,6 +15,17 @@ FINE = 4  # places between two samples that a crossing is looked for at
 
 
 @fused
+def put_begins(attacks, before, length, count, out):
+    """First sample of each wave, `before` an attack, which lies halfway between two of so many.
+
+    It is -1 where these do not hold the wave's `length`.
+    """
+    for k in range(len(attacks)):
+        first = math.ceil(attacks[k]) - before
+        out[k] = first if first >= 0 and first + length <= count else -1
+
+
+@fused
 def gather(samples, first, out, heard):
     """The samples from each of the first on, and whether one is not 0; 0 if that is negative."""
     for i in range(len(first)):
@@ -40,21 +51,22 @@ def high_passed(samples, first, taps, out):
 
 
 @fused
-def add_rings(sounds, first, size, rows, total):
+def add_rings(sounds, guess, skip, size, rows, total):
     """Add the lagged products of the ring of each sound over its energy; those of white noise.
 
-    A ring is the part of `size` samples from first[i] on; those that a sound does not hold, or of
-    no more than the FAINTEST energy, do not count. What is returned is the diagonal that noise of
-    power 1 would add. Of a ring y, total[i, j], i <= j, grows by H'H, H[k, i] = y[k + i] with so
-    many rows.
+    A ring is the part of `size` samples from `skip` after guess[i] on; those that a sound does not
+    hold, or of no more than the FAINTEST energy, do not count; nor do those of no guess. What is
+    returned is the diagonal that noise of power 1 would add. Of a ring y, total[i, j], i <= j,
+    grows by H'H, H[k, i] = y[k + i] with so many rows.
     """
     floor, products, few = 0.0, np.zeros((size, size)), np.zeros((4, size))
     width = len(total)
     held = 0
     for i in range(len(sounds)):
-        if first[i] < 0 or first[i] + size > sounds.shape[1]:
+        if not 0.0 <= guess[i] < sounds.shape[1] - skip - size + 1:
             continue
-        ring = sounds[i, first[i] : first[i] + size]
+        first = int(guess[i]) + skip
+        ring = sounds[i, first : first + size]
         energy = sum_of_squares(ring)
         if energy > FAINTEST:
             scale = 1.0 / math.sqrt(energy)

@@ -57,7 +57,7 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
         return None
     wave, shifts = sounds[some[leader], part].copy(), np.empty((ROWS, lengths.size))
     for turn in range(PASSES):
-        shift_wave(wave, lengths.pad, shifts)
+        shift_wave(wave, lengths.pad, laying.taps, shifts)
         laid = _lay_if_alike(laying, sounds, expected, shifts)
         if laid is None:
             return None
@@ -78,7 +78,7 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     halves = np.empty((2, ROWS, lengths.size))
     for half, rows in enumerate(halves):
         mean_wave(sounds[alike][half::2], shift[half::2], factor[half::2], part.start, wave)
-        shift_wave(wave, lengths.pad, rows)
+        shift_wave(wave, lengths.pad, laying.taps, rows)
     one, other, both = (slope_of(rows) for rows in (*halves, shifts))
     certain = max(laying.sum_of(one, other) / laying.sum_of(both, both), LEAST_CERTAIN)
     phase = 0.0

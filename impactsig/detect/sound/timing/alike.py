@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ._alike_kernels import put_expected
 from ._waveform import LEAST, Waveform, learn_waveform
 from .laying import Laying, Lengths, are_alike, laying_of
 
@@ -40,11 +41,11 @@ class Overlay:
     """Shifts of the impacts of a record, in sequence.
 
     `reference` gives the shifts of so many impacts taken last that are known by other means and
-    their standard errors, and NaN for the others, whose attacks count.
+    their standard errors (n, 2), and NaN for the others, whose attacks count.
     """
 
     lengths: Lengths
-    reference: Callable[[int], tuple[np.ndarray, np.ndarray]]
+    reference: Callable[[int], np.ndarray]
     laying: Laying = field(init=False)
     wave: Waveform | None = None
     learned: bool = False
@@ -71,10 +72,10 @@ class Overlay:
             self.found.append(self._shifts(sounds, spread))
 
     def timing(self) -> np.ndarray:
-        """Shift and standard error of every impact, shape (2, n); NaN where unchanged."""
+        """Shift and standard error of every impact, shape (n, 2); NaN where unchanged."""
         if not self.learned:
             self._learn()
-        return np.concatenate(self.found).T
+        return np.concatenate(self.found)
 
     def _learn(self) -> None:
         if self.count < LEAST:
@@ -88,9 +89,9 @@ class Overlay:
 
     def _expected(self, spread: np.ndarray) -> np.ndarray:
         """Prior shift and standard error of the last impacts."""
-        shift, error = self.reference(len(spread))
-        known = np.isfinite(shift)
-        return np.stack((np.where(known, shift, 0.0), np.where(known, error, spread)), axis=1)
+        expected = self.reference(len(spread)).copy()
+        put_expected(spread, expected)
+        return expected
 
     def _shifts(self, sounds: np.ndarray, spread: np.ndarray) -> np.ndarray:
         """Shift and standard error of the last sounds; NaN for those unlike the wave."""

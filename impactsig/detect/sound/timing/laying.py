@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._alike_kernels import SHIFTS, lay_over, mark_alike, most_alike
+from ._alike_kernels import SHIFTS, lay_over, mark_alike, most_alike, shift_taps
 from ._filter_kernels import TAPS
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
@@ -73,6 +73,7 @@ class Laying(NamedTuple):
     lengths: Lengths
     taper: np.ndarray
     weight: np.ndarray  # without what the edges touch
+    taps: np.ndarray  # by which waveforms are shifted
 
     def over(
         self,
@@ -94,7 +95,7 @@ class Laying(NamedTuple):
 
     def leader(self, sounds: np.ndarray) -> int:
         """Number of the sound to which most others are alike; -1 if these are less than half."""
-        return int(most_alike(sounds, self.lengths, self.taper, self.weight))
+        return int(most_alike(sounds, self.lengths, self.taps, self.taper, self.weight))
 
     def sum_of(self, a: np.ndarray, b: np.ndarray) -> float:
         """Weighted scalar product of two waveforms."""
@@ -111,7 +112,7 @@ def laying_of(lengths: Lengths) -> Laying:
     weight = taper.copy()
     for edge in lengths.edges:
         weight[rising + edge - BESIDE : rising + edge + BESIDE] = 0.0
-    return Laying(lengths, taper, weight)
+    return Laying(lengths, taper, weight, shift_taps())
 
 
 def are_alike(laid: np.ndarray) -> np.ndarray:

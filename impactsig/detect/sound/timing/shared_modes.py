@@ -28,14 +28,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._growth_kernels import add_powers, spread_of
+from .._lane_kernels import median_energy
 from .._nearby import middle
-from ._edge import high_pass, whitening
+from ._edge import high_pass, passed, whitening
 from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
@@ -45,6 +45,7 @@ from ._shared_modes_kernels import (
     crossings,
     gather,
     high_passed,
+    put_begins,
     shift_each,
 )
 
@@ -65,14 +66,7 @@ BEGINNING = 1.5e-3  # [s]
 RISE = 1.0  # [samples], that instants scatter by where a filter's response rises, at most
 ABOUT = 1.1e-3, 3.5e-3  # [s], before and after an instant, in which a sound's growth is looked for
 ABRUPT = 0.1  # power of the first two samples over the greatest of two, if a sound begins at once
-_NO_FITS = np.empty((0, 3))
-
-
-class Timing(NamedTuple):
-    """Shifts of attacks and their standard errors [samples]; NaN if unknown."""
-
-    shift: np.ndarray
-    error: np.ndarray
+_NONE, _NO_FITS = np.empty((0, 2)), np.empty((0, 3))
 
 
 @dataclass
@@ -111,9 +105,8 @@ class SharedModes:
         if self.rate > FASTEST or (self.learned and not self._applies):
             self.found.append(np.full((len(attacks), 2), np.nan))
         elif len(attacks):
-            first = np.rint(attacks + 0.5).astype(int) - self.before
-            there = (first >= 0) & (first + self.length <= len(x))
-            first = np.where(there, first, -1)
+            first = np.empty(len(attacks), np.int64)
+            put_begins(attacks, self.before, self.length, len(x), first)
             if not self.learned:
                 first = self._hold(x, first)
             if len(first):
@@ -123,25 +116,25 @@ class SharedModes:
     def _applies(self) -> bool:
         return self.model is not None or self.crossing
 
-    def timing(self) -> Timing:
-        """The shift of every impact and its standard error [samples]."""
+    def timing(self) -> np.ndarray:
+        """Shift of every impact and its standard error [samples], (n, 2); NaN if unknown."""
         if not self.learned:
             self._learn()
-        shift, error = np.concatenate([np.empty((0, 2)), *self.found]).T
-        known = np.isfinite(shift) if self._applies else np.zeros(0, np.bool_)
-        if known.any() and not known.all():
-            # Too near to an end of the record: as late as the others are in the median.
-            usual = middle(shift[known])
-            spread = DEVIATION_BY_MEDIAN * middle(np.abs(shift[known] - usual))
-            shift = np.where(known, shift, usual)
-            error = np.where(known, error, max(spread, 12.0**-0.5))
-        return Timing(shift, error)
+        timed = np.concatenate([_NONE, *self.found])
+        if self._applies:
+            known = np.isfinite(timed[:, 0])
+            if known.any() and not known.all():
+                # Too near to an end of the record: as late as the others are in the median.
+                shift = timed[known, 0]
+                usual = middle(shift)
+                spread = DEVIATION_BY_MEDIAN * middle(np.abs(shift - usual))
+                timed[~known] = usual, max(spread, 12.0**-0.5)
+        return timed
 
-    def last(self, count: int) -> Timing:
+    def last(self, count: int) -> np.ndarray:
         """Timing of the last so many impacts."""
-        timing = self.timing()
-        first = len(timing.shift) - count
-        return Timing(timing.shift[first:], timing.error[first:])
+        timed = self.timing()
+        return timed[len(timed) - count :]
 
     def _hold(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Keep the waves to learn from, and learn once there are enough; what is left of them."""
@@ -159,16 +152,15 @@ class SharedModes:
         self.waves, self.heard = np.empty((0, self.length)), np.empty(0, np.bool_)
 
     def _learn(self) -> None:
-        waves, which = self.waves[: self.count], np.flatnonzero(self.heard[: self.count])
+        waves, which = self.waves[: self.count], self.heard[: self.count].nonzero()[0]
         self.learned = True
         self._forget()
         timed = np.full((len(waves), 2), np.nan)
         if len(which) >= LEAST:
-            spread = np.linspace(0, len(which) - 1, min(CHOOSE, len(which))).astype(int)
-            rest = np.ones(len(which), np.bool_)
-            rest[spread] = False
-            which = np.concatenate((which[spread], which[rest]))
-            few, others = slice(len(spread)), slice(len(spread), None)
+            if len(which) > CHOOSE:
+                spread = np.linspace(0, len(which) - 1, CHOOSE).astype(int)
+                which = np.concatenate((which[spread], np.delete(which, spread)))
+            few, others = slice(min(len(which), CHOOSE)), slice(CHOOSE, None)
             sounds = np.empty((len(which), self.length - len(self.taps) + 1))
             plain, crossed = np.empty_like(sounds[few]), np.empty((len(which), 3))
             samples, first = waves.ravel(), self.length * which
@@ -192,7 +184,7 @@ class SharedModes:
                 self.crossing = True
                 above = crossed[np.isfinite(crossed[:, 1]), 1]
                 self.spread = HALF_WAVES * middle(above) if len(above) else np.nan
-                earlier = np.empty((len(spread), 3))
+                earlier = np.empty((len(plain), 3))
                 self._cross(plain, earlier, EARLIER)
                 since = (crossed[few, 0] - earlier[:, 0])[np.isfinite(earlier[:, 0])]
                 if len(since):  # between two fractions of a sound it scatters as from its start on
@@ -213,7 +205,7 @@ class SharedModes:
         Their modes are in their `rings`. The filter is chosen by the first few, of which the
         high-pass filter leaves `plain`. None if they have no model.
         """
-        few, noise, heard = slice(len(plain)), self._noise(sounds), float(np.sum(self.taps**2))
+        few, noise, heard = slice(len(plain)), self._noise(sounds), passed(self.rate)
         exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
         chosen = chosen_model(exponents, *some, noise, self.rate, self.white, heard, UNLIKE)
         if chosen is None:
@@ -243,15 +235,14 @@ class SharedModes:
 
     def _whiten(self, waves: np.ndarray, plain: np.ndarray) -> None:
         """Learn a filter that whitens noise as well; the other one leaves `plain` of waves."""
-        error = FIRST_ERROR * middle(np.einsum("ij,ij->i", plain, plain))
+        error = FIRST_ERROR * median_energy(plain, 0, plain.shape[1])
         quiet = waves[:, : round(NOISE * self.rate)]
         self.white = whitening(quiet, self.taps, self.rate, error)
 
     def _noise(self, sounds: np.ndarray) -> float:
         """The white noise of a sample of sounds after that filter."""
-        quiet = sounds[:, : round(QUIET * self.rate)]
-        energy = middle(np.einsum("ij,ij->i", quiet, quiet))
-        return energy / (quiet.shape[1] * float(np.sum(self.taps**2)))
+        quiet = round(QUIET * self.rate)
+        return float(median_energy(sounds, 0, quiet) / (quiet * passed(self.rate)))
 
     def _timed(self, x: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Shift and standard error of the attack of each wave of x, which begins at `first`.
