@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 import traceback
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -112,7 +113,8 @@ def check(number: int) -> None:
     assert bool(found.reason) == (len(found) == 0)
 
 
-def main() -> int:
+def main(check: Callable[[int], None]) -> int:
+    """Check so many records from one number on, as the command says."""
     first, count = map(int, sys.argv[1:3])
     wrong = 0
     warnings.simplefilter("error", RuntimeWarning)
@@ -127,4 +129,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(check))

@@ -84,14 +84,19 @@ def lasting(windows: Iterable[Window], rate: float, scale: Scale) -> float:
 
 def prediction(
     windows: Iterable[Window], rate: float, scale: Scale, before: Filter | None, modes: float
-) -> Filter:
-    """The filter that leaves the residual of prediction of so many modes, behind another one."""
+) -> Filter | None:
+    """The filter that leaves the residual of prediction of so many modes, behind another one.
+
+    That one alone if the record is shorter than a frame.
+    """
     from scipy import linalg
 
     spectrum = spectrum_of(windows, rate, scale, LONG, 0.5 * LONG)
     if before is not None:
         spectrum *= np.abs(np.fft.rfft(before.taps, 2 * len(spectrum) - 2)) ** 2
     together = np.fft.irfft(spectrum)[: round(PAST * rate) + 1]
+    if not together[0] > 0.0:
+        return before
     together[0] *= 1.0 + LEAST
     taps = np.append(1.0, -linalg.solve_toeplitz(together[:-1], together[1:]))
     if before is None:
