@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.sound_timing import MODES, band_limited
-from impactsig.detect.sound.timing._shared_exponents import RINGS, _counts, no_rings, with_rings
+from impactsig.detect.sound.timing._shared_exponents import (
+    RINGS,
+    _counts,
+    no_rings,
+    rings_of_shared,
+    with_rings,
+)
 from impactsig.detect.sound.timing._shared_modes_kernels import put_begins
 from impactsig.detect.sound.timing._shift_errors import _variance
 from impactsig.detect.sound.timing.shared_modes import EARLIER, SHARES, SharedModes
@@ -90,3 +96,13 @@ def test_waves_that_a_record_does_not_hold_begin_nowhere():
     first = np.empty(4, np.int64)
     put_begins(np.array([3.5, 4.5, 88.5, 89.5]), 5, 16, 100, first)
     np.testing.assert_array_equal(first, [-1, 0, 84, -1])
+
+
+@pytest.mark.parametrize(("count", "shared"), [(9, False), (10, True)])
+def test_few_sounds_of_many_modes_do_not_share_them(count, shared):
+    # Sounds of one mode each have two poles: six modes in nine sounds are hardly shared.
+    rate, time = 16_000.0, np.arange(200) / 16_000.0
+    frequency = 1500.0 + 900.0 * (np.arange(count) % 6)
+    sounds = np.exp(-time / 8e-3) * np.sin(2.0 * np.pi * frequency[:, None] * time + 0.3)
+    found = rings_of_shared(sounds, np.zeros(count), rate, 1e-12)
+    assert (found is not None) == shared

@@ -15,6 +15,7 @@ ABOVE_NOISE = 4.0  # times that of white noise
 DOUBTFUL = 1.5  # times it, that may be the stronger of the two eigenvalues of a mode
 ROUNDED = 1e-9  # relative to the greatest, that rounding may leave
 MOST_POLES = 14  # more are not shared
+EACH = 1.25  # poles for each sound, more than which are not shared
 MODULI = 0.7, 0.9995
 ALONE = 1e-12  # least share of the modes that the last of lagged samples leaves
 FOLDED = 0.8  # of half the rate, from which a mode may be a folded one
@@ -97,9 +98,9 @@ def rings_of_shared(
 
     Longer ones are tried where a ring is of few samples. Those of sounds that share a band, but no
     modes, span the more of it the longer they are: the longer ones have more strong eigenvalues.
-    None if no modes are shared.
+    None if no modes are shared. Few sounds of their own modes have few as well, up to two each.
     """
-    fewer = np.inf
+    fewer = EACH * len(sounds)
     for ring in RINGS:
         rings = with_rings(no_rings(rate, ring), sounds, guess, rate)
         value, _ = _eigen(rings.total, vectors=False)
@@ -108,7 +109,7 @@ def rings_of_shared(
             return rings
         if rings.most >= MOST_POLES:
             break
-        fewer = strong
+        fewer = min(fewer, strong)
     return None
 
 
