@@ -111,7 +111,7 @@ def fit_soft_stop(
     Examples
     --------
     >>> from impactsig import fit_soft_stop, stop_restitution
-    >>> found = fit_soft_stop(0.85, evaluations=1000)
+    >>> found = fit_soft_stop(0.85, seed=0, evaluations=1000)
     >>> restitution = stop_restitution(found.stop.stiffness, found.stop.damping)
     >>> round(restitution, 2)
     0.85
