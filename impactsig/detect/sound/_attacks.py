@@ -185,9 +185,9 @@ class Attacks:
         put_instants(attack, by_modes, by_wave, *limits, shift, instant, alike)
         early = self.beginnings.spread(instant - attack[:, 0], (likely >= EVEN) & ~alike)
         usual = RINGING[1] * quantile(attack[:, 4].copy(), RINGING[0])
-        told = self.rate * measured.spread, early, likely
+        of_each = self.rate * measured.spread, early, likely
         known = self.growth.spread(), usual, reach
-        put_errors(attack, instant, by_modes, by_wave, alike, *told, *known, error)
+        put_errors(attack, instant, by_modes, by_wave, alike, *of_each, *known, error)
         return instant, error, alike
 
 

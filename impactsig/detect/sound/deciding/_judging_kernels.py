@@ -80,7 +80,7 @@ def growth_near(b, growth, frame, out):
 @allocating
 def judge(
     frame, crest, place, height, bands, clear, silence, by_octaves, by_bands, risen, among, dense,
-    crowd, b, growth, audible, offset, least, seconds, numbers, told,
+    crowd, b, growth, audible, offset, least, seconds, numbers, flags,
 ):  # fmt: skip
     """Log-odds of candidates by all evidence.
 
@@ -92,11 +92,11 @@ def judge(
     b, growth : B, and how bands go on to rise
     audible, offset, least : a, offset of the odds by octaves, and B that an impact needs
     numbers : (4, m) room for log-odds, evidence from octaves, share beyond tails, and 0
-    told : (4, m) bool, room for `coarse`, `pulse`, `crowded` and `narrow` of `Candidates`
+    flags : (4, m) bool, room for `coarse`, `pulse`, `crowded` and `narrow` of `Candidates`
     """
     count, total = len(place), len(frame)
     odds, evidence, share, spread = numbers[0], numbers[1], numbers[2], numbers[3]
-    coarse, pulse, crowded, narrow = told[0], told[1], told[2], told[3]
+    coarse, pulse, crowded, narrow = flags[0], flags[1], flags[2], flags[3]
     duration, evident = len(b) * GROUP * seconds, 0
     for k in range(count):
         evident += EVIDENT[0] <= by_octaves[k] < EVIDENT[1]
@@ -113,8 +113,8 @@ def judge(
             evidence[i], steep = by_octaves[k], by_bands[k]
             share[i] = clear[k] / max(height[k], TINIEST)
             grows = grows and height[k] < AMONG * audible
-        told_often = EVIDENT[0] <= evidence[i] < EVIDENT[1]
-        often = rate_of_others(evident - told_often, duration)
+        is_evident = EVIDENT[0] <= evidence[i] < EVIDENT[1]
+        often = rate_of_others(evident - is_evident, duration)
         odds[i] = OCTAVES_SLOPE * np.log(evidence[i]) + OFTEN_SLOPE * np.log(often) + offset
         if k >= 0:
             odds[i] = max(odds[i], max(among[k], dense[k]))

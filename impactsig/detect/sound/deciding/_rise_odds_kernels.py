@@ -16,7 +16,7 @@ FEEBLE = 0.33  # B [neper of power] of what is no rise in narrow bands
 SWELLS = 12.0  # H, below which a rise may be that of power that swells
 SWELLING_SLOPE, RISEN = 1.5, 4.0  # of the log-odds there, and 1 + H of impacts where bands rise
 STAYS = -2.0  # log-odds that stay as they are
-ALONE = 10e-3  # [s] from any likelier crest, of a crest of H that is an impact of its own
+ALONE = 10e-3  # [s] from any likelier crest, of a crest of H that is a separate impact
 OWN_ODDS = 0.31, -0.81, -2.43, 1.51, 0.7  # of ln(1 + H), n, ln B_max, ln r, and offset
 RATTLE_SLOPE = 1.0  # of ln(1 + R / a), taken from those
 CROWD, AS_HIGH = 50e-3, 0.4  # [s], and share of the height
@@ -101,11 +101,11 @@ def judge_rises(
             likely[number] = frame[k]
             number += 1
     for k in range(len(frame)):
-        out[k], told = odds[k], known[group[k]]
+        out[k], has_evidence = odds[k], known[group[k]]
         while c < len(place) and place[c] < frame[k]:
             c += 1
         abrupt = c < len(place) and place[c] == frame[k] and height[c] > clear
-        if told and not abrupt and odds[k] > STAYS and here[k] < SWELLS:
+        if has_evidence and not abrupt and odds[k] > STAYS and here[k] < SWELLS:
             is_evident = odds[k] > EVIDENT and here[k] > CLEARLY
             often = rate_of_others(evident - is_evident, duration)
             less = np.log1p(here[k]) + min(np.log(often), 0.0)

@@ -76,14 +76,14 @@ def candidates(passage: Passage, spread: float, scale: Scale, rate: float) -> Ca
     among, dense, crowd = np.empty(count), np.empty(count), np.empty(count, np.bool_)
     put_odds_among(*crests, by_bands, audible, OTHERS_OFFSET, seconds, among)
     put_dense_odds(place, height, crests.loudest, crests.clear, audible, seconds, dense, crowd)
-    numbers, told = np.empty((4, total)), np.empty((4, total), np.bool_)
+    numbers, flags = np.empty((4, total)), np.empty((4, total), np.bool_)
     judge(
         frame, crest, place, height, crests.bands, crests.clear, crests.silence, by_octaves,
         by_bands, risen, among, dense, crowd, b, passage.growth, audible, OFFSET, LEAST_BANDS,
-        seconds, numbers, told,
+        seconds, numbers, flags,
     )  # fmt: skip
     odds, evidence, share, exact = numbers
-    coarse, pulse, crowded, narrow = told
+    coarse, pulse, crowded, narrow = flags
     found = Candidates(frame, coarse, exact, odds, pulse, crowded, evidence, narrow, share)
     found = with_tones(found, crests, passage, audible, seconds)
     return with_rises(found, crests, passage, rattle / audible, audible, clear, seconds)
