@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,7 @@ from impactsig.detect.sound.timing.shared_modes import EARLIER, SHARES, SharedMo
     ],
 )
 def test_eigenvalues_above_noise_are_of_modes(third, counts):
-    rings = no_rings(16_000.0, RINGS[0])._replace(floor=1.0)
+    rings = replace(no_rings(16_000.0, RINGS[0]), floor=1.0)
     values = [1e-3] * (len(rings.total) - 3) + [third, 1.0, 1.0]
     assert _counts(values, rings, 1e-3) == counts
 

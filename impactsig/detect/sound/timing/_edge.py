@@ -7,7 +7,7 @@ before an impact as long as after it. Its response k(u), u in samples, is one of
     sinc(u) I0(5 sqrt(1 - (u / 10)^2)) / I0(5)     a slope about half the rate,
 
 the Chebyshev filter of `scipy.signal.decimate` forward and backward, or none: samples of the sound
-itself. Three more do not ring before an impact. `columns_of` gives a mode with an abrupt start
+itself. Three more do not ring before an impact. `step_modes` gives modes with an abrupt start
 behind each of them.
 """
 
@@ -17,10 +17,10 @@ import functools
 
 import numpy as np
 
-from ._edge_kernels import PARTS, PER_SAMPLE, REAL, step_modes, whitening_taps
+from ._edge_kernels import PER_SAMPLE, whitening_taps
 
 REACH, SLOPE_REACH = 24, 10  # samples to either side; of that of `resample_poly`
-_NO_FILTER = np.empty(0)
+NO_FILTER = np.empty(0)
 HIGH_PASS = 800.0  # [Hz]: room noise is strongest below
 HIGH_PASS_REACH = 2e-3  # [s]
 WHITENED = 1e-3  # [s], reach of the filter that whitens noise
@@ -119,28 +119,3 @@ def _tapers(count: int, reach: int) -> tuple[np.ndarray, np.ndarray]:
     """That of quiet samples, whose squares add up to 1, and that of a filter."""
     taper = np.hanning(count + 2)[1:-1]
     return taper / np.sqrt(np.sum(taper**2)), np.hamming(2 * reach + 1)
-
-
-def columns_of(
-    exponents: np.ndarray, response: np.ndarray | None, taps: np.ndarray, first: int, last: int
-) -> np.ndarray:
-    """Modes that start at 0, and an impulse and its derivative, after both filters.
-
-    Parameters
-    ----------
-    exponents : of each mode, for a sample; its imaginary part in [0, 2 pi]
-    response : of the filter before the sampler; None if there is none
-    taps : of the high-pass filter
-    first, last : whole samples since the start, between which they are wanted
-
-    Returns
-    -------
-    columns : (modes + 2, PARTS (last - first) + 1)
-        Real and imaginary part of exp(exponent u) behind them, every 1 / PARTS samples; and the
-        response and its slope: what modes above the band leave in it.
-    """
-    count = len(exponents) + np.count_nonzero(exponents.imag > REAL) + 2
-    out = np.empty((count, PARTS * (last - first) + 1))
-    known = _NO_FILTER if response is None else response
-    step_modes(exponents, known, taps, first, last, out)
-    return out

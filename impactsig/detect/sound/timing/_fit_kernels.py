@@ -8,17 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .._lane_kernels import fused
-from ._mode_basis_kernels import LANES, project
+from ._mode_basis_kernels import Basis, project
 from ._shift_kernels import Shifts, place, weigh
+
+TOGETHER = 16  # sounds
 
 
 class Fit(NamedTuple):
     """What the kernel needs of a model."""
 
     lead: int  # samples of a fit before its origin
-    whole: np.ndarray  # bases at whole samples about 0, in single precision: twice as fast
-    whole_grams: np.ndarray
-    fine: np.ndarray  # and at fine shifts
+    whole: Basis  # at whole samples about 0
+    fine: Basis  # and at fine shifts
     shifts: Shifts  # these
     floor: tuple[float, float]  # noise of a sample, and the part of s that the model's errors make
     misfit: float
@@ -46,8 +47,9 @@ def fit_each(sounds, begins, guess, fit, out):
 
     out : (n, 3)
     """
-    count, reach, size = len(guess), len(fit.whole) // 2, fit.whole.shape[2]
-    near = int(fit.shifts.step * (len(fit.fine) // 2))
+    count, size = len(guess), fit.whole.size
+    reach, shifts = len(fit.whole.places) // 2, len(fit.fine.places)
+    near = int(fit.shifts.step * (shifts // 2))
     which, begin = np.empty(count, np.int64), np.empty(count, np.int64)
     known = 0
     for i in range(count):
@@ -57,18 +59,18 @@ def fit_each(sounds, begins, guess, fit, out):
             if reach <= first <= sounds.shape[1] - reach - size:
                 which[known], begin[known] = i, first
                 known += 1
-    energy, beyond = np.empty(LANES), np.empty(LANES)
-    shift, fitted = np.empty(LANES, np.int64), np.empty((LANES, 3))
-    at_samples = np.empty((LANES, 3, len(fit.whole)))
-    between = np.empty((LANES, 3, len(fit.fine)))
-    for at in range(0, known, LANES):
-        some = min(LANES, known - at)
+    energy, beyond = np.empty(TOGETHER), np.empty(TOGETHER)
+    shift, fitted = np.empty(TOGETHER, np.int64), np.empty((TOGETHER, 3))
+    at_samples = np.empty((TOGETHER, 3, len(fit.whole.places)))
+    between = np.empty((TOGETHER, 3, shifts))
+    for at in range(0, known, TOGETHER):
+        some = min(TOGETHER, known - at)
         held, start = which[at : at + some], begin[at : at + some]
         project(sounds, held, start, fit.whole, energy, at_samples)
         place(
             at_samples[:some],
             energy[:some],
-            fit.whole_grams,
+            fit.whole.grams,
             near,
             fit.floor,
             fit.prior,

@@ -1,202 +1,173 @@
-"""Kernels that project sounds on modes that start at any shift, Q and K of `_shift_kernels.py`."""
+"""Kernels that project sounds on modes that start at any shift, Q and K of `_shift_kernels.py`.
+
+With A the columns of the modes at a shift and A'A = L L', Q = A L^-1 is orthonormal. It is not
+needed itself: |Q'y|^2 = |L^-1 A'y|^2. From one whole shift to the next, A'A gains the products of
+one sample and loses those of another. L is found for all shifts side by side.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from .._lane_kernels import fused, reordered
+from ._edge_kernels import LANE, SIDE
 
-LANES = 64  # sounds that are projected side by side
-ROWS_AT_ONCE = 4  # of a basis, that sounds are projected on
-LOST = 1e-4  # fraction of the square of a column; if less is left, rounding is magnified
-ROUNDED = 1e-26  # fraction of the square of a column that rounding may leave
-_NONE = np.uint64(0)
+DEPENDENT = 1e-10  # fraction of the square of a column, up to which what is left of it is nothing
+
+
+class Basis(NamedTuple):
+    """Modes at a number of shifts, an impulse and its slope."""
+
+    columns: np.ndarray  # result of `step_modes`
+    modes: int  # the columns of modes; the next two are those of the impulse and its slope
+    places: np.ndarray  # of the first sample of each shift: its part, and parts for each before it
+    size: int  # samples
+    factors: np.ndarray  # (modes + 2, modes + 2, shifts), L below; roots' reciprocals between
+    grams: np.ndarray  # (3, shifts), K'K on its diagonal, and beside it
 
 
 @reordered
-def orthonormal(columns, count, parts, begin, shifts, basis, grams):
-    """Rows of Q' and K' at each shift, basis[j, r, k] at sample k, and the elements of G.
+def factor(columns, modes, places, size):
+    """The basis of columns at these places."""
+    rows, count = modes + 2, len(places)
+    factors, grams = np.empty((rows, rows, count)), np.empty((3, count))
+    put_products(columns, places, size, factors)
+    whole = grams[0]
+    for c in range(rows):
+        pivot = factors[c, c]
+        for j in range(count):
+            whole[j] = pivot[j]
+        for d in range(min(c, modes)):
+            row, scale = factors[c, d], factors[d, d]
+            take_off(factors[c], factors[d], d, row)
+            for j in range(count):
+                row[j] *= scale[j]
+                pivot[j] -= row[j] * row[j]
+        if c < modes:
+            for j in range(count):
+                left = pivot[j]
+                pivot[j] = 1.0 / math.sqrt(left) if left > DEPENDENT * whole[j] else 0.0
+    impulse, slope, both = factors[modes, modes], factors[modes + 1, modes + 1], factors[modes + 1]
+    take_off(both, factors[modes], modes, both[modes])
+    for j in range(count):
+        grams[0, j], grams[1, j] = max(impulse[j], 0.0), max(slope[j], 0.0)
+        grams[2, j] = both[modes, j]
+    return Basis(columns, modes, places, size, factors, grams)
 
-    The first `count` of `columns`, of which `parts` values make a sample, are made orthonormal by
-    the method of Gram and Schmidt, once more where little is left of one: to rounding. What is left
-    by no more than rounding is nothing. The last two are freed from these. Sample 0 is column
-    `begin` at shift 0; rows of the basis that are not needed come first, and are zeros.
-    """
-    spare, whole = basis.shape[1] - len(columns), -(-columns.shape[1] // parts)
-    apart = np.empty((parts, len(columns), whole))  # values a sample apart lie side by side
-    for c in range(len(columns)):
-        for part in range(parts):
-            own, values = apart[part, c], columns[c, part:]
-            for k in range((len(values) - 1) // parts + 1):
-                own[k] = values[k * parts]
-    for j in range(len(shifts)):
-        basis[j, :spare] = 0.0
-        rows, first = basis[j, spare:], begin - shifts[j]
-        for c in range(len(columns)):
-            row, own = rows[c], apart[first % parts, c, first // parts :]
-            for k in range(len(row)):
-                row[k] = own[k]
-            before, square = product(row, row), 0.0
-            for turn in range(2):
-                if turn and square >= LOST * before:
-                    break
-                done = 0
-                while done + 4 <= min(c, count):
-                    free_of_four(row, rows[done], rows[done + 1], rows[done + 2], rows[done + 3])
-                    done += 4
-                for other in range(done, min(c, count)):
-                    add_times(-product(row, rows[other]), rows[other], row)
-                square = product(row, row)
-            if c < count:
-                scale = 1.0 / math.sqrt(square) if square > ROUNDED * before else 0.0
-                for k in range(len(row)):
-                    row[k] *= scale
-            elif c == count:
-                grams[0, j] = square
+
+@reordered
+def put_products(columns, places, size, out):
+    """Products of any two columns at each place, out[c, d, j] with d <= c."""
+    parts, rows = len(columns), len(out)
+    products, last = np.empty((parts, rows, rows)), np.full(parts, -1)
+    enters, leaves = np.empty(rows), np.empty(rows)
+    for j in range(len(places)):
+        part, first = places[j] % parts, places[j] // parts
+        own, values = products[part], columns[part]
+        follows = last[part] == first + 1
+        for c in range(rows):
+            row = own[c]
+            if follows:
+                enter, leave = values[c, first], values[c, first + size]
+                enters[c], leaves[c] = enter, leave
+                for d in range(c + 1):
+                    row[d] += enter * enters[d] - leave * leaves[d]
             else:
-                grams[1, j], grams[2, j] = square, product(row, rows[count])
+                for d in range(c + 1):
+                    row[d] = product(values[c, first : first + size], values[d, first:])
+            for d in range(c + 1):
+                out[c, d, j] = row[d]
+        last[part] = first
 
 
-@reordered
-def free_of_four(row, p, q, r, s):
-    """Take what a row has of four orthonormal ones off it."""
-    a = b = c = d = 0.0
-    for k in range(len(row)):
-        a += row[k] * p[k]
-        b += row[k] * q[k]
-        c += row[k] * r[k]
-        d += row[k] * s[k]
-    for k in range(len(row)):
-        row[k] -= a * p[k] + b * q[k] + c * r[k] + d * s[k]
+@fused
+def take_off(factors, others, count, row):
+    """Subtract the products of the first so many rows of both from a row."""
+    done = count // 4 * 4
+    for o in range(0, done, 4):
+        a, b, c, d = factors[o], factors[o + 1], factors[o + 2], factors[o + 3]
+        w, x, y, z = others[o], others[o + 1], others[o + 2], others[o + 3]
+        for j in range(np.uint64(len(row))):
+            row[j] -= (a[j] * w[j] + b[j] * x[j]) + (c[j] * y[j] + d[j] * z[j])
+    for o in range(done, count):
+        a, w = factors[o], others[o]
+        for j in range(np.uint64(len(row))):
+            row[j] -= a[j] * w[j]
 
 
 @reordered
 def product(row, other):
-    """Scalar product of two rows."""
+    """Scalar product of a row with the begin of another."""
     total = 0.0
     for k in range(len(row)):
         total += row[k] * other[k]
     return total
 
 
-@reordered
-def add_times(factor, other, row):
-    """Add so many times the other to a row."""
-    for k in range(len(row)):
-        row[k] += factor * other[k]
-
-
 @fused
 def project(sounds, which, first, basis, energy, projections):
     """Energy of some sounds from sample first[i] on, and projections of them over its root.
 
-    A projection is the power in all but the last two rows of a basis, and the products with these,
-    at each shift; there are ROWS_AT_ONCE rows, or a multiple. LANES sounds are projected side by
-    side, each in a lane of the processor's vectors, with as many digits as the basis has.
+    A projection is the power in the modes, |Q'y|^2, and the two products K'y, at each shift. SIDE
+    sounds are projected side by side; none depends on the others.
     """
-    shifts, rows, size = basis.shape
-    kind = basis.dtype
-    block, sums = np.empty(size * LANES, kind), np.empty((ROWS_AT_ONCE, LANES), kind)
-    power = np.empty(LANES, kind)
-    for at in range(0, len(which), LANES):
-        count = min(LANES, len(which) - at)
-        for i in range(count):
+    modes, size, factors = basis.modes, basis.size, basis.factors
+    count, rows = len(basis.places), basis.columns.shape[1]
+    block, products = np.zeros((SIDE, -(-size // LANE) * LANE)), np.empty((SIDE, rows, count))
+    for at in range(0, len(which), SIDE):
+        some = min(SIDE, len(which) - at)
+        for i in range(some):
             sound = sounds[which[at + i], first[at + i] : first[at + i] + size]
             energy[at + i] = product(sound, sound)
             scale = 1.0 / math.sqrt(energy[at + i]) if energy[at + i] > 0.0 else 0.0
             for k in range(size):
-                block[k * count + i] = scale * sound[k]
-        a, b, c, d = sums[0, :count], sums[1, :count], sums[2, :count], sums[3, :count]
-        for j in range(shifts):
+                block[i, k] = scale * sound[k]
+        put_sums(block, basis.columns, basis.places, products)
+        for i in range(some):
+            own, power = products[i], projections[at + i, 0]
             power[:] = 0.0
-            for row in range(0, rows, ROWS_AT_ONCE):
-                four_products(block, count, basis[j, row : row + ROWS_AT_ONCE], a, b, c, d)
-                for i in range(count):
-                    power[i] += a[i] * a[i] + b[i] * b[i]
-                if row + ROWS_AT_ONCE < rows:
-                    for i in range(count):
-                        power[i] += c[i] * c[i] + d[i] * d[i]
-            for i in range(count):
-                projections[at + i, 0, j] = power[i]
-                projections[at + i, 1, j], projections[at + i, 2, j] = c[i], d[i]
+            for c in range(modes):
+                row, scale = own[c], factors[c, c]
+                take_off(factors[c], own, c, row)
+                for j in range(count):
+                    row[j] *= scale[j]
+                    power[j] += row[j] * row[j]
+            for c in range(modes, modes + 2):
+                row = projections[at + i, c - modes + 1]
+                row[:] = own[c]
+                take_off(factors[c], own, modes, row)
 
 
 @fused
-def four_products(block, count, rows, a, b, c, d):
-    """Scalar products of four rows with so many sounds, whose samples lie side by side.
-
-    Four samples at a time: a sum is read and written once for four, a sample once for four rows.
-    """
-    far = np.uint64(count)
-    a[:] = 0.0
-    b[:] = 0.0
-    c[:] = 0.0
-    d[:] = 0.0
-    whole = rows.shape[1] // 4 * 4
-    for k in range(0, whole, 4):
-        a0, a1, a2, a3 = rows[0, k], rows[0, k + 1], rows[0, k + 2], rows[0, k + 3]
-        b0, b1, b2, b3 = rows[1, k], rows[1, k + 1], rows[1, k + 2], rows[1, k + 3]
-        c0, c1, c2, c3 = rows[2, k], rows[2, k + 1], rows[2, k + 2], rows[2, k + 3]
-        d0, d1, d2, d3 = rows[3, k], rows[3, k + 1], rows[3, k + 2], rows[3, k + 3]
-        at = np.uint64(k * count)
-        for i in range(at, at + far):
-            w, x, y, z = block[i], block[i + far], block[i + far + far], block[i + far + far + far]
-            j = i - at
-            a[j] = a[j] + a0 * w + a1 * x + a2 * y + a3 * z
-            b[j] = b[j] + b0 * w + b1 * x + b2 * y + b3 * z
-            c[j] = c[j] + c0 * w + c1 * x + c2 * y + c3 * z
-            d[j] = d[j] + d0 * w + d1 * x + d2 * y + d3 * z
-    for k in range(whole, rows.shape[1]):
-        a0, b0, c0, d0 = rows[0, k], rows[1, k], rows[2, k], rows[3, k]
-        at = np.uint64(k * count)
-        for i in range(_NONE, far):
-            w = block[at + i]
-            a[i] += a0 * w
-            b[i] += b0 * w
-            c[i] += c0 * w
-            d[i] += d0 * w
+def put_sums(block, columns, places, out):
+    """Products of SIDE sounds of a block with each column at each place, out[i, c, j]."""
+    parts, sums = len(columns), np.empty((SIDE, SIDE))
+    for j in range(len(places)):
+        values, first = columns[places[j] % parts], places[j] // parts
+        for c in range(0, len(values), SIDE):
+            add_up(block, values, c, first, sums)
+            for i in range(SIDE):
+                for row in range(SIDE):
+                    out[i, c + row, j] = sums[i, row]
 
 
 @reordered
-def leave_and_change(sounds, which, first, place, error, prior, basis, grams, left, change):
-    """What a model leaves of sounds from sample first[i] on, and how it changes by a shift.
-
-    Both are for sounds of energy 1, fitted at the fine shift nearest to place[i]; error[i] is their
-    s. Of the change, what other amplitudes would do as well is taken off, and its size is 1.
-    """
-    size, middle = left.shape[1], len(basis) // 2
-    later, fitted = np.empty(size), np.empty(size)
-    for i in range(len(which)):
-        at = min(max(middle + math.floor(place[i] + 0.5), 1), len(basis) - 2)
-        sound = sounds[which[i], first[i] : first[i] + size]
-        scale = 1.0 / math.sqrt(product(sound, sound))
-        for k in range(size):
-            left[i, k] = scale * sound[k]
-        fit_at(left[i], error[i], prior, basis[at - 1], grams[:, at - 1], change[i])
-        fit_at(left[i], error[i], prior, basis[at + 1], grams[:, at + 1], later)
-        fit_at(left[i], error[i], prior, basis[at], grams[:, at], fitted)
-        for k in range(size):
-            change[i, k] = later[k] - change[i, k]
-            left[i, k] -= fitted[k]
-        fit_at(change[i], error[i], prior, basis[at], grams[:, at], fitted)
-        for k in range(size):
-            change[i, k] -= fitted[k]
-        square = product(change[i], change[i])
-        scale = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
-        for k in range(size):
-            change[i, k] *= scale
-
-
-@reordered
-def fit_at(sound, error, prior, rows, gram, out):
-    """What the model with these rows of Q' and K' makes of a sound of energy 1."""
-    out[:] = 0.0
-    for row in range(len(rows) - 2):
-        add_times(product(sound, rows[row]), rows[row], out)
-    impulse, slope = gram[0] + error / prior[0], gram[1] + error / prior[1]
-    first, second = product(sound, rows[-2]), product(sound, rows[-1])
-    det = impulse * slope - gram[2] * gram[2]
-    add_times((first * slope - second * gram[2]) / det, rows[-2], out)
-    add_times((second * impulse - first * gram[2]) / det, rows[-1], out)
+def add_up(sounds, columns, row, first, out):
+    """Products of SIDE sounds with as many columns from a row on."""
+    p, q, r, s = sounds[0], sounds[1], sounds[2], sounds[3]
+    a, b = columns[row, first:], columns[row + 1, first:]
+    c, d = columns[row + 2, first:], columns[row + 3, first:]
+    pa = pb = pc = pd = qa = qb = qc = qd = ra = rb = rc = rd = sa = sb = sc = sd = 0.0
+    for k in range(np.uint64(len(p))):
+        w, x, y, z = a[k], b[k], c[k], d[k]
+        pa, pb, pc, pd = pa + p[k] * w, pb + p[k] * x, pc + p[k] * y, pd + p[k] * z
+        qa, qb, qc, qd = qa + q[k] * w, qb + q[k] * x, qc + q[k] * y, qd + q[k] * z
+        ra, rb, rc, rd = ra + r[k] * w, rb + r[k] * x, rc + r[k] * y, rd + r[k] * z
+        sa, sb, sc, sd = sa + s[k] * w, sb + s[k] * x, sc + s[k] * y, sd + s[k] * z
+    out[0, 0], out[0, 1], out[0, 2], out[0, 3] = pa, pb, pc, pd
+    out[1, 0], out[1, 1], out[1, 2], out[1, 3] = qa, qb, qc, qd
+    out[2, 0], out[2, 1], out[2, 2], out[2, 3] = ra, rb, rc, rd
+    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = sa, sb, sc, sd

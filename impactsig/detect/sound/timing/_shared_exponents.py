@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from bisect import bisect_right
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +34,8 @@ class Ring(NamedTuple):
 RINGS = Ring(5e-3, 0.4, 0.1), Ring(7e-3, 0.5, 0.01)
 
 
-class Rings(NamedTuple):
+@dataclass(frozen=True)
+class Rings:
     """The sum of H'H / |y|^2 over sounds y, H the Hankel matrix of y: its upper half.
 
     White noise of power 1 adds `floor` to each eigenvalue.
@@ -48,6 +51,34 @@ class Rings(NamedTuple):
         """Poles that are shared, at most."""
         return min(MOST_POLES, self.ring.sparse * len(self.total))
 
+    @functools.cached_property
+    def _tridiagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The turns that make the matrix tridiagonal, and its diagonals then."""
+        from scipy.linalg import lapack
+
+        # These functions keep to one thread: those of numpy spin for longer than it takes.
+        turns, diagonal, beside, scales, _ = lapack.dsytrd(self.total.T, lower=1)
+        return turns, scales, diagonal, beside
+
+    @functools.cached_property
+    def eigenvalues(self) -> list[float]:
+        """Eigenvalues of the matrix, which ascend."""
+        from scipy.linalg import lapack
+
+        return lapack.dsterf(*self._tridiagonal[2:])[0].tolist()
+
+    def eigenvectors(self, count: int) -> np.ndarray:
+        """Eigenvectors of the greatest so many, in the columns."""
+        from scipy.linalg import lapack
+
+        turns, scales, diagonal, beside = self._tridiagonal
+        size, value = len(diagonal), self.eigenvalues[-count:]
+        one, whole = np.ones(size, np.int32), np.full(size, size, np.int32)  # block
+        vectors, _ = lapack.dstein(diagonal, beside, value, one, whole)
+        turned = lapack.dormqr("L", "N", turns[1:, :-1], scales, vectors[1:], size * count)
+        vectors[1:] = turned[0]
+        return vectors
+
 
 def no_rings(rate: float, ring: Ring) -> Rings:
     """Those of no sounds."""
@@ -57,9 +88,11 @@ def no_rings(rate: float, ring: Ring) -> Rings:
 
 def with_rings(rings: Rings, sounds: np.ndarray, guess: np.ndarray, rate: float) -> Rings:
     """Rings, to whose total those of sounds that start near a guess are added."""
+    if not len(sounds):
+        return rings
     size, total = rings.size, rings.total.copy()
     floor = add_rings(sounds, guess, round(SKIP * rate), size, size - len(total) + 1, total)
-    return rings._replace(total=total, floor=rings.floor + floor)
+    return Rings(rings.ring, size, total, rings.floor + floor)
 
 
 def shared_exponents(rings: Rings, noise: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -73,22 +106,29 @@ def shared_exponents(rings: Rings, noise: float) -> tuple[list[np.ndarray], list
     be shared, or if too much of the rings lies beside the strong ones: the eigenvalues of the
     others, noise apart.
     """
-    value, vectors = _eigen(rings.total, vectors=True)
-    choices = {}
-    for count in _counts(value, rings, noise):
-        common, last = vectors[:-1, -count:], vectors[-1, -count:]
-        turn = common.T @ vectors[1:, -count:]  # (common' common)^-1 times this, by one row
-        turn += np.outer(last, last @ turn) / max(1.0 - last @ last, ALONE)
-        poles = np.linalg.eigvals(turn).astype(complex)
-        lasting = (np.abs(poles) > MODULI[0]) & (np.abs(poles) < MODULI[1])
-        choices[count] = np.log(poles[lasting & (poles.imag >= 0.0)])
-    folded = []
-    for exponents in choices.values():
+    from scipy.linalg import lapack
+
+    counts = _counts(rings.eigenvalues, rings, noise)
+    if not counts:
+        return [], []
+    vectors, choices, folded = rings.eigenvectors(counts[-1]), [], []
+    last, products = vectors[-1], vectors[:-1].T @ vectors[1:]
+    for count in counts:
+        end, turn = last[-count:], products[-count:, -count:]
+        # (common' common)^-1 times this, by one row, for all but the last of lagged samples
+        turn = turn + (end / max(1.0 - end @ end, ALONE))[:, None] * (end @ turn)
+        real, imaginary, *_ = lapack.dgeev(turn, compute_vl=0, compute_vr=0)
+        poles = (real + 1j * imaginary)[imaginary >= 0.0]
+        modulus = np.abs(poles)
+        exponents = np.log(poles[(modulus > MODULI[0]) & (modulus < MODULI[1])])
+        if not len(exponents):
+            continue
+        choices.append(exponents)
         high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
         if high.any():
             above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
             folded.append(np.where(high, above, exponents))
-    return [choice for choice in choices.values() if len(choice)], folded
+    return choices, folded
 
 
 def rings_of_shared(
@@ -103,7 +143,7 @@ def rings_of_shared(
     fewer = EACH * len(sounds)
     for ring in RINGS:
         rings = with_rings(no_rings(rate, ring), sounds, guess, rate)
-        value, _ = _eigen(rings.total, vectors=False)
+        value = rings.eigenvalues
         strong = _strong(value, noise * rings.floor, WEAKEST[0])
         if strong <= fewer and _counts(value, rings, noise):
             return rings
@@ -111,15 +151,6 @@ def rings_of_shared(
             break
         fewer = min(fewer, strong)
     return None
-
-
-def _eigen(total: np.ndarray, vectors: bool) -> tuple[list[float], np.ndarray]:
-    """Eigenvalues of the matrix with this upper half, which ascend, and eigenvectors."""
-    from scipy.linalg import lapack
-
-    # This one keeps to one thread: those of numpy's spin for longer than it takes.
-    value, vector, *_ = lapack.dsyevr(total, compute_v=int(vectors), lower=0)
-    return value.tolist(), vector
 
 
 def _strong(value: list[float], floor: float, share: float, above: float = ABOVE_NOISE) -> int:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable
 
 import numpy as np
 
-from ._edge import HIGH_PASS, causal, responses
-from ._shared_modes_fit import PRIORS, Model, Projected, modes_behind
+from ._candidate_kernels import Starts
+from ._edge import HIGH_PASS, NO_FILTER, causal, responses
+from ._shared_modes_fit import PRIORS, Behind, Fine, Model
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
@@ -20,7 +20,8 @@ STRANGERS = 6.0, 4.0  # times, before priors are learned, at whole samples and b
 LIKELY = 3  # filters that are tried with more than one choice of modes
 LOUD = 16  # sounds, the loudest, that filters are compared by
 LOW = 0.5 * HIGH_PASS, 0.01  # [Hz], [s]: a mode below what is fitted, and its decay
-BEHIND = 1.0  # by which a filter is so much less probable that a narrower one is not tried
+BEHIND = 0.3  # by which a filter is so much less probable that a narrower one is not tried
+AFTER = 3.0  # and times what filters differ by, by which modes are so behind one as behind others
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
 
 
@@ -28,12 +29,9 @@ def chosen_model(
     shared: tuple[list[np.ndarray], list[np.ndarray]],
     sounds: np.ndarray,
     guess: np.ndarray,
-    noise: float,
-    rate: float,
-    taps: np.ndarray,
-    heard: float,
+    behind: Behind,
     unlike: float,
-) -> tuple[Model, Projected] | None:
+) -> tuple[Model, Fine] | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
     `shared` are exponents that they may share. Beside the model the sounds, projected on it. None
@@ -43,76 +41,69 @@ def chosen_model(
     choices, folded = shared
     if not choices:
         return None
-
-    def behind(exponents: np.ndarray, response: np.ndarray | None) -> Model:
-        model = modes_behind(exponents, response, taps, rate, heard)
-        model.noise = noise
-        return model
-
-    def projected(exponents: np.ndarray, response: np.ndarray | None) -> tuple[Model, Projected]:
-        model = behind(exponents, response)
-        return model, model.projected(sounds, guess)
-
-    model, held = projected(choices[0], responses()[0])
+    model, bare = behind(choices[0], responses()[0]), behind(choices[0], NO_FILTER)
+    held = model.at_whole(sounds, guess)
+    most = STRANGERS[0] * unlike
+    if model.left_at_samples(held) > most < bare.left_at_samples(bare.at_whole(sounds, guess)):
+        return None
+    starts = model.starts(held)
+    near = model.about(starts)
 
     @functools.cache
-    def bare() -> tuple[Model, Projected]:
-        return projected(choices[0], None)
+    def by_bare() -> Fine:
+        return bare.about(starts)
 
-    def leave_more(times: float, left: Callable[[Model, Projected], float]) -> bool:
+    def leave_more(times: float) -> bool:
         """Whether modes leave too much, without a filter as well."""
-        return left(model, held) > times * unlike and left(*bare()) > times * unlike
+        return model.left(near) > times * unlike and bare.left(by_bare()) > times * unlike
 
-    if leave_more(STRANGERS[0], Model.median_left_at_samples):
+    if leave_more(STRANGERS[1]):
         return None
-    if leave_more(STRANGERS[1], Model.median_left):
-        return None
-    loud = held.loudest(LOUD)
+    loud = near.loudest(LOUD)
     model.learn(loud, EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
-    if leave_more(HOPELESS, Model.median_left):
+    if leave_more(HOPELESS):
         return None
 
     def less_by_loud(exponents: np.ndarray) -> bool:
         """Whether the loud sounds are less probable without a filter."""
-        other = behind(exponents, None)
-        other.learn(other.projected_there(loud), EXACT)
+        other = behind(exponents, NO_FILTER)
+        other.learn_from(loud.starts, EXACT)
         return other.evidence < model.evidence
 
     # Then all of them are less probable as well, or by less than DOUBT more.
     sure = all(map(less_by_loud, choices))
     if not sure:
-        by_all, (other, by_other) = copy.copy(model), bare()
-        by_all.learn(held, EXACT)
-        other.learn(by_other, EXACT)
-        unfiltered = other.evidence
+        by_all = copy.copy(model)
+        by_all.learn(near, EXACT)
+        bare.learn(by_bare(), EXACT)
+        unfiltered = bare.evidence
         if by_all.evidence < unfiltered - CERTAIN:
             return None
         for exponents in choices[1:]:
-            other, by_other = projected(exponents, None)
-            other.learn(by_other, EXACT)
+            other = behind(exponents, NO_FILTER)
+            other.learn_from(starts, EXACT)
             unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, rate, model, loud)
+    best = _most_probable(behind, choices, folded, model, loud.starts)
     if best is not model:
-        held = best.projected(sounds, guess)
+        near = best.about(starts)
     # What is as probable as a model that is probable enough needs no further proof.
     if not sure and by_all.evidence <= unfiltered - DOUBT:
         if best is model:
             return None
-        best.learn(held, EXACT)
+        best.learn(near, EXACT)
         if best.evidence <= unfiltered - DOUBT:
             return None
-    best.learn(held, ROUGH)
-    return best, held
+    best.learn(near, ROUGH)
+    return best, near
 
 
 def _most_probable(
-    behind: Callable[[np.ndarray, np.ndarray], Model],
+    behind: Behind,
     choices: list[np.ndarray],
     folded: list[np.ndarray],
-    rate: float,
     model: Model,
-    loud: Projected,
+    loud: Starts,
 ) -> Model:
     """The model with the filter and the modes under which the loud sounds are most probable.
 
@@ -124,45 +115,47 @@ def _most_probable(
     below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
     impact. Then a mode of a low frequency, which may be any, and causal filters are tried.
     """
-    widest, slope, *narrower = responses()
-    tried = [(model, widest, choices[0])]
+    _, slope, *narrower = responses()
+    tried = [model]
     rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
 
     def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
         other = behind(exponents, response)
         other.prior = model.prior
-        other.learn(other.projected_there(loud), EXACT, beaten)
+        other.learn_from(loud, EXACT, beaten)
         return other
 
-    def less(item: tuple[Model, np.ndarray, np.ndarray]) -> float:
-        return -item[0].evidence
+    def less(item: Model) -> float:
+        return -item.evidence
 
     beaten = -np.inf
     for response in (slope, *narrower):
         other = learned(choices[0], response, beaten)
-        tried.append((other, response, choices[0]))
+        tried.append(other)
         tried.sort(key=less)
         if len(tried) >= rank:
-            beaten = tried[rank - 1][0].evidence
+            beaten = tried[rank - 1].evidence
         if response is not slope and other.evidence < beaten - BEHIND:
             break
     likely = tried[:LIKELY]
     for exponents in (*choices[1:], *folded):
-        most = likely[0][0].evidence
-        for i, (before, response, _) in enumerate(likely):
-            other = learned(exponents, response, before.evidence)
+        most = likely[0].evidence
+        apart = min(CERTAIN, AFTER * (1.0 + most - likely[-1].evidence))
+        for i, before in enumerate(likely):
+            other = learned(exponents, before.response, before.evidence)
             if other.evidence > before.evidence:
-                likely[i] = other, response, exponents
+                likely[i] = other
             most = max(most, other.evidence)
-            if other.evidence < most - CERTAIN:
+            if other.evidence < most - apart:
                 break
         likely.sort(key=less)  # what other modes tell of a filter counts for the next
-    best, response, exponents = likely[0]
+    best = likely[0]
     if best.prior[0] < PRIORS[0]:
         return best
     frequency, decay = LOW
-    low = (2j * np.pi * frequency - 1.0 / decay) / rate
-    best = max(best, learned(np.append(low, exponents), response, best.evidence), key=_evidence)
+    low = (2j * np.pi * frequency - 1.0 / decay) / behind.rate
+    with_low = learned(np.append(low, best.exponents), best.response, best.evidence)
+    best = max(best, with_low, key=_evidence)
     for response in causal():
         for exponents in (*choices, *folded):
             other = learned(exponents, response, best.evidence)

@@ -6,16 +6,19 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from .._nearby import middle
-from ._edge import columns_of
-from ._edge_kernels import PARTS
+from ._candidate_kernels import Part, Starts, degrees, evidence_of, fine_places
+from ._edge_kernels import PARTS, step_modes
 from ._fit_kernels import Fit, begin_each, fit_each
-from ._mode_basis_kernels import ROWS_AT_ONCE, leave_and_change, orthonormal, project
-from ._shift_kernels import NOTHING, Search, Shifts, leave, most_probable, place, weigh
+from ._misfit_kernels import misfit
+from ._mode_basis_kernels import Basis, factor, project
+from ._shift_kernels import NOTHING, Search, Shifts, leave, most_probable, place
 
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
@@ -29,76 +32,79 @@ BOTH_PRIORS = np.outer(PRIORS, (1.0, SLOPE_PRIOR))
 FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 COMPARED = 32  # sounds whose misfits are compared
-_NONE = np.empty((0, 3, 0))  # projections
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
-@dataclass
-class Projected:
-    """Sounds on the modes of a model: at whole shifts, and at fine ones about an origin."""
+class Whole(NamedTuple):
+    """Sounds on the modes of a model, at whole shifts."""
 
     sounds: np.ndarray
     which: np.ndarray  # of them, that hold all that a fit needs; what follows is of these
     first: np.ndarray  # sample that the first whole shift puts at the start of a fit
     energy: np.ndarray
-    whole: np.ndarray  # (sounds, 3, shifts); no shifts if origins are given
-    there: np.ndarray  # of these, that have an origin; what follows is of them
-    begins: np.ndarray  # sample that the fine shifts count from
-    energy_there: np.ndarray
-    fine: np.ndarray  # (sounds, 3, shifts)
-    grams: np.ndarray  # of these shifts
+    projections: np.ndarray
 
-    def loudest(self, most: int) -> Projected:
-        """The loudest of the sounds that have an origin, on the same modes about it."""
-        loud = np.sort(np.argsort(-self.energy_there, kind="stable")[:most])
-        there, energy = self.there[loud], self.energy_there[loud]
-        which, first, begins = self.which[there], self.first[there], self.begins[loud]
-        origins = np.arange(len(loud)), begins, energy, self.fine[loud], self.grams
-        return Projected(self.sounds, which, first, self.energy[there], _NONE, *origins)
+
+class Fine(NamedTuple):
+    """Sounds that start somewhere on the modes of a model, at fine shifts about their origins."""
+
+    starts: Starts
+    energy: np.ndarray
+    projections: np.ndarray
+
+    def loudest(self, most: int) -> Fine:
+        """The loudest of them."""
+        loud = np.sort(np.argsort(-self.energy, kind="stable")[:most])
+        sounds, which, begins = self.starts
+        starts = Starts(sounds, which[loud], begins[loud])
+        return Fine(starts, self.energy[loud], self.projections[loud])
 
 
 @dataclass
 class Model:
     """Modes that start behind a filter, at shifts of 1 / PARTS samples about 0."""
 
-    lead: int  # samples of a fit before its origin
-    freedom: float  # degrees of it in noise that Q leaves
-    near: int  # shifts on either side that a fit tries
-    reach: int  # samples on either side that its origin is looked for in
-    columns: np.ndarray  # result of `columns_of`, from `lead` + `reach` before
-    noise: float = 0.0  # power of a sample
+    exponents: np.ndarray
+    response: np.ndarray  # of the filter; empty if there is none
+    part: Part
+    reach: int  # samples on either side that an origin is looked for in
+    noise: float  # power of a sample
     prior: tuple[float, float] = (FIRST_PRIOR, FIRST_PRIOR * SLOPE_PRIOR)
     error: float = FIRST_ERROR
     evidence: float = -np.inf  # per sound, logarithmic
     misfit: float = 0.0  # as `error`, of a sound along its change by a shift
 
     @functools.cached_property
-    def whole(self) -> tuple[np.ndarray, np.ndarray]:
-        """Basis and Gram elements at whole samples."""
-        return self._at(PARTS * np.arange(-self.reach, self.reach + 1))
+    def columns(self) -> tuple[int, np.ndarray]:
+        """Result of `step_modes` for what is fitted, and as much as it may be off."""
+        part, reach = self.part, self.reach
+        ends = -part.lead - reach, part.after + reach
+        modes, columns = step_modes(self.exponents, self.response, part.taps, *ends)
+        return modes, columns
 
     @functools.cached_property
-    def fine(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same at the shifts that a fit tries."""
-        return self._at(np.arange(-self.near, self.near + 1))
+    def freedom(self) -> float:
+        """Degrees of freedom that the modes leave."""
+        return float(degrees(self.part, self.columns[0]))
 
     @functools.cached_property
-    def close(self) -> tuple[np.ndarray, np.ndarray]:
-        """The same at those by which models learn and are compared."""
-        most = PARTS * CLOSE
-        return self._at(np.arange(-most, most + 1)) if most < self.near else self.fine
+    def whole(self) -> Basis:
+        """Basis at whole shifts."""
+        return self._at(PARTS * np.arange(2 * self.reach, -1, -1))
 
-    def _at(self, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of Q' and K' at each shift, (shifts, rows, samples), behind rows of zeros.
+    @functools.cached_property
+    def fine(self) -> Basis:
+        """That at the shifts that a fit tries."""
+        return self._at(fine_places(self.reach, self.part.near))
 
-        With the diagonal of K'K and what lies beside it, (3, shifts).
-        """
-        size = self.columns.shape[1] // PARTS - 2 * self.reach
-        rows = -(-len(self.columns) // ROWS_AT_ONCE) * ROWS_AT_ONCE
-        basis, grams = np.empty((len(shift), rows, size)), np.empty((3, len(shift)))
-        modes, begin = len(self.columns) - 2, PARTS * self.reach
-        orthonormal(self.columns, modes, PARTS, begin, shift, basis, grams)
-        return basis, grams
+    @functools.cached_property
+    def close(self) -> Basis:
+        """That at those by which models learn and are compared."""
+        return self._at(fine_places(self.reach, self.part.close))
+
+    def _at(self, places: np.ndarray) -> Basis:
+        modes, columns = self.columns
+        return factor(columns, modes, places, self.part.lead + self.part.after)
 
     def fit(
         self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
@@ -115,99 +121,96 @@ class Model:
     @property
     def _fit(self) -> Fit:
         """Of a model that is learned, for the kernel."""
-        return Fit(
-            self.lead,
-            self._coarse,
-            self.whole[1],
-            self.fine[0],
-            self._shifts(self.fine[1]),
-            (self.noise, self.error),
-            self.misfit,
-            self.prior,
-        )
+        floor, shifts = (self.noise, self.error), self._shifts(self.fine)
+        return Fit(self.part.lead, self.whole, self.fine, shifts, floor, self.misfit, self.prior)
 
-    def _shifts(self, grams: np.ndarray) -> Shifts:
-        """Fine shifts with these Gram elements."""
-        return Shifts(grams, 1.0 / PARTS, self.freedom)
-
-    @functools.cached_property
-    def _coarse(self) -> np.ndarray:
-        """The basis at whole samples, in single precision."""
-        return self.whole[0].astype(np.float32)
+    def _shifts(self, basis: Basis) -> Shifts:
+        """Fine shifts of this basis."""
+        return Shifts(basis.grams, 1.0 / PARTS, self.freedom)
 
     @property
     def width(self) -> int:
         """Samples that a fit may need."""
-        return self.whole[0].shape[2] + 2 * self.reach
+        return self.part.lead + self.part.after + 2 * self.reach
 
     def begins(self, guess: np.ndarray, length: int) -> np.ndarray:
         """The first sample of each sound that a fit may need; -1 if these are not all there."""
         begins = np.empty(len(guess), np.int64)
-        begin_each(guess, self.lead + self.reach, length - self.width, begins)
+        begin_each(guess, self.part.lead + self.reach, length - self.width, begins)
         return begins
 
-    def _first(self, guess: np.ndarray) -> np.ndarray:
-        """Sample of each sound at which a fit at its guess begins."""
-        known = np.where(np.isfinite(guess), guess, -1e6)
-        return np.asarray(np.floor(known + 0.5).astype(np.int64) - self.lead)
+    def at_whole(self, sounds: np.ndarray, guess: np.ndarray) -> Whole:
+        """Sounds that start near a guess, at whole shifts, for any prior and error."""
+        begins = self.begins(guess, sounds.shape[1])
+        which = np.flatnonzero(begins >= 0)
+        first = begins[which] + self.reach
+        return Whole(sounds, which, first, *_projections(sounds, which, first, self.whole))
 
-    def projected(self, sounds: np.ndarray, guess: np.ndarray) -> Projected:
-        """Sounds that start near a guess, for any prior and error."""
-        basis = self._coarse
-        reach, size = len(basis) // 2, basis.shape[2]
-        first = self._first(guess)
-        which = np.flatnonzero((first >= reach) & (first + reach + size <= sounds.shape[1]))
-        first = first[which]
-        energy, whole = _projections(sounds, which, first, basis)
-        nowhere = np.empty(0, np.int64)
-        later = nowhere, nowhere, np.empty(0), _NONE, _NONE
-        return Projected(sounds, which, first, energy, whole, *later)
+    def about(self, starts: Starts) -> Fine:
+        """Sounds about their origins."""
+        return Fine(starts, *_projections(*starts, self.close))
 
-    def projected_there(self, held: Projected) -> Projected:
-        """Sounds that have an origin by another model, for a fit about the same."""
-        basis, grams = self.close
-        which = held.which[held.there]
-        energy, fine = _projections(held.sounds, which, held.begins, basis)
-        origins = np.arange(len(which)), held.begins, energy, fine, grams
-        return Projected(held.sounds, which, held.first[held.there], energy, _NONE, *origins)
+    def starts(self, held: Whole) -> Starts:
+        """Sounds that start somewhere, which their most probable whole start puts at the origin."""
+        shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
+        near, floor = self.part.near // PARTS, (self.noise, self.error)
+        given = held.projections, held.energy, self.whole.grams, near, floor, self.prior
+        place(*given, shift, beyond)
+        some = shift >= 0
+        return Starts(held.sounds, held.which[some], (held.first + shift)[some] - self.reach)
 
-    def median_left(self, held: Projected) -> float:
+    def left_at_samples(self, held: Whole) -> float:
+        """About as `left`, if all start at whole samples, before anything is learned."""
+        some = held.energy > NOTHING * self.noise
+        energy, projections = held.energy[some], held.projections[some]
+        return self._left(energy, projections, self.whole.grams, FIRST_ERROR, np.inf)
+
+    def left(self, held: Fine) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
-        energy, fine = self._near(held)
+        return self._left(held.energy, held.projections, self.close.grams, self.error, self.freedom)
+
+    def _left(
+        self,
+        energy: np.ndarray,
+        projections: np.ndarray,
+        grams: np.ndarray,
+        error: float,
+        freedom: float,
+    ) -> float:
         if not len(energy):
             return np.inf
-        left, floor = np.empty(len(energy)), (self.noise, self.error)
-        leave(fine, energy, held.grams, floor, self.freedom, self.prior, left)
+        left, floor = np.empty(len(energy)), (self.noise, error)
+        leave(projections, energy, grams, floor, freedom, self.prior, left)
         return middle(left - self.freedom * self.noise / energy)
 
-    def median_left_at_samples(self, held: Projected) -> float:
-        """About the same, if all start at whole samples, before anything is learned."""
-        some = held.energy > NOTHING * self.noise
-        energy, left = held.energy[some], np.empty(np.count_nonzero(some))
-        floor = self.noise, FIRST_ERROR
-        leave(held.whole[some], energy, self.whole[1], floor, np.inf, self.prior, left)
-        return middle(left - self.freedom * self.noise / energy) if len(left) else np.inf
+    def learn(self, held: Fine, least: float) -> None:
+        """Set the prior and the error that make the sounds most probable."""
+        if len(held.energy) >= LEAST:
+            search, shifts = self._search(least), self._shifts(self.close)
+            self._learned(most_probable(held.projections, held.energy, shifts, self.noise, search))
 
-    def learn(self, held: Projected, least: float, beaten: float = -np.inf) -> None:
-        """Set the prior and the error that make the sounds most probable.
+    def learn_from(self, starts: Starts, least: float, beaten: float = -np.inf) -> None:
+        """The same from sounds about their origins.
 
         The prior that it has, which is the first one tried, has to do where no other one can come
         up to an evidence of `beaten`.
         """
-        begin, priors = PRIORS.index(self.prior[0]), BOTH_PRIORS
-        if not self.columns[-1].any():  # without a filter all are the same
-            begin, priors = 0, BOTH_PRIORS[:1]
-        self.evidence = -np.inf
-        energy, fine = self._near(held)
-        if len(energy) < LEAST:
-            return
-        search = Search(priors, begin, FIRST_ERROR, least, beaten - BY_PRIOR)
-        self.evidence, impulse, self.error = most_probable(
-            fine, energy, self._shifts(held.grams), self.noise, search
-        )
+        if len(starts.which) >= LEAST:
+            search = self._search(least, beaten - BY_PRIOR)
+            given = self.exponents, self.response, self.part, starts, self.noise, search
+            self._learned(evidence_of(*given))
+
+    def _search(self, least: float, enough: float = -np.inf) -> Search:
+        """Of the prior and the error."""
+        if len(self.response):
+            return Search(BOTH_PRIORS, PRIORS.index(self.prior[0]), FIRST_ERROR, least, enough)
+        return Search(BOTH_PRIORS[:1], 0, FIRST_ERROR, least, enough)  # all are the same
+
+    def _learned(self, found: tuple[float, float, float]) -> None:
+        self.evidence, impulse, self.error = found
         self.prior = impulse, impulse * SLOPE_PRIOR
 
-    def compare(self, held: Projected, most: float) -> None:
+    def compare(self, held: Fine, most: float) -> None:
         """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
 
         What a model leaves lies in few directions, and one of them may be that in which a shift
@@ -215,74 +218,34 @@ class Model:
         is OWN times the mean square of a component of a sound in this direction for all others,
         noise apart, in the median of the sounds.
         """
-        energy, fine = self._near(held)
-        some = slice(None, None, max(-(-len(energy) // COMPARED), 1))
-        there, origin = held.there[some], held.begins[some]
-        energy, fine = energy[some].copy(), fine[some].copy()  # one layout for the kernel
-        out, floor = np.empty((len(there), 3)), (self.noise, self.error)
-        weigh(fine, energy, self._shifts(held.grams), floor, self.prior, out)
-        own = self.noise / energy
-        alike = np.flatnonzero(out[:, 2] - self.freedom * own <= most)
-        if len(alike) < LEAST:
-            return
-        own, which = own[alike], held.which[there[alike]]
-        left, change = np.empty((2, len(alike), self.close[0].shape[2]))
-        leave_and_change(
-            held.sounds,
-            which,
-            origin[alike],
-            PARTS * out[alike, 0],
-            own + self.error,
-            self.prior,
-            *self.close,
-            left,
-            change,
-        )
-        squares = (change @ left.T) ** 2 - own
-        others = np.sum(squares, axis=0) - np.diag(squares)
-        self.misfit = OWN * middle(others) / (len(own) - 1)
+        step = max(-(-len(held.energy) // COMPARED), 1)
+        shifts, floor = self._shifts(self.close), (self.noise, self.error)
+        given = self.close, shifts, floor, self.prior
+        found = misfit(held.projections, held.energy, held.starts, *given, step, most, LEAST)
+        if math.isfinite(found):
+            self.misfit = OWN * found
 
-    def _near(self, held: Projected) -> tuple[np.ndarray, np.ndarray]:
-        """Energy and fine projections of the sounds that start somewhere.
 
-        The first time, fits begin at the sample that puts the most probable start at its origin.
-        """
-        if held.fine.shape[2]:
-            return held.energy_there, held.fine
-        basis, gram = self.whole
-        shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
-        floor = self.noise, self.error
-        place(held.whole, held.energy, gram, self.near // PARTS, floor, self.prior, shift, beyond)
-        held.there = np.flatnonzero(shift >= 0)
-        held.begins = (held.first + shift)[held.there] - len(basis) // 2
-        basis, held.grams = self.close
-        held.energy_there, held.fine = _projections(
-            held.sounds, held.which[held.there], held.begins, basis
-        )
-        return held.energy_there, held.fine
+class Behind:
+    """Makes models of sounds that have passed the filter of `taps`.
+
+    `heard` is the fraction of white noise that passes the high-pass filter, `noise` its power.
+    """
+
+    def __init__(self, taps: np.ndarray, heard: float, rate: float, noise: float) -> None:
+        lead, after = (round(t * rate) for t in FIT)
+        near, self.rate = round(NEAR * rate * PARTS), rate
+        self._part = Part(taps, heard, lead, after, near, min(PARTS * CLOSE, near))
+        self._reach, self._noise = int(np.ceil(REACH * rate)), noise
+
+    def __call__(self, exponents: np.ndarray, response: np.ndarray) -> Model:
+        """Modes with these exponents behind a filter with this response."""
+        return Model(exponents, response, self._part, self._reach, self._noise)
 
 
 def _projections(
-    sounds: np.ndarray, which: np.ndarray, first: np.ndarray, basis: np.ndarray
+    sounds: np.ndarray, which: np.ndarray, first: np.ndarray, basis: Basis
 ) -> tuple[np.ndarray, np.ndarray]:
-    energy, projections = np.empty(len(which)), np.empty((len(which), 3, len(basis)))
+    energy, projections = np.empty(len(which)), np.empty((len(which), 3, len(basis.places)))
     project(sounds, which, first, basis, energy, projections)
     return energy, projections
-
-
-def modes_behind(
-    exponents: np.ndarray,
-    response: np.ndarray | None,
-    taps: np.ndarray,
-    rate: float,
-    heard: float,
-) -> Model:
-    """The model of modes with these exponents behind a filter and that of `taps`.
-
-    `heard` is the fraction of white noise that passes the high-pass filter.
-    """
-    lead, after = (round(t * rate) for t in FIT)
-    reach = int(np.ceil(REACH * rate))
-    columns = columns_of(exponents, response, taps, -lead - reach, after + reach)
-    freedom = max(heard * (lead + after) - (len(columns) - 2), 1.0)
-    return Model(lead, freedom, round(NEAR * rate * PARTS), reach, columns)

@@ -38,7 +38,7 @@ from .._nearby import middle
 from ._edge import high_pass, passed, whitening
 from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
 from ._shared_modes_choice import chosen_model
-from ._shared_modes_fit import FIRST_ERROR, LEAST, Model
+from ._shared_modes_fit import FIRST_ERROR, LEAST, Behind, Model
 from ._shared_modes_kernels import (
     NEAR_TAPS,
     abruptness,
@@ -205,9 +205,10 @@ class SharedModes:
         Their modes are in their `rings`. The filter is chosen by the first few, of which the
         high-pass filter leaves `plain`. None if they have no model.
         """
-        few, noise, heard = slice(len(plain)), self._noise(sounds), passed(self.rate)
-        exponents, some = shared_exponents(rings, noise), (sounds[few], guess[few])
-        chosen = chosen_model(exponents, *some, noise, self.rate, self.white, heard, UNLIKE)
+        few, noise = slice(len(plain)), self._noise(sounds)
+        behind = Behind(self.white, passed(self.rate), self.rate, noise)
+        exponents = shared_exponents(rings, noise)
+        chosen = chosen_model(exponents, sounds[few], guess[few], behind, UNLIKE)
         if chosen is None:
             return None
         model, held = chosen
