@@ -15,7 +15,7 @@ import numpy as np
 from .._lane_kernels import fused, reordered
 from ._edge_kernels import LANE, SIDE
 
-DEPENDENT = 1e-10  # fraction of the square of a column, up to which what is left of it is nothing
+DEPENDENT = 1e-10  # of the greatest square of a column, up to which what others leave is nothing
 
 
 class Basis(NamedTuple):
@@ -35,11 +35,11 @@ def factor(columns, modes, places, size):
     rows, count = modes + 2, len(places)
     factors, grams = np.empty((rows, rows, count)), np.empty((3, count))
     put_products(columns, places, size, factors)
-    whole = grams[0]
+    nothing = 0.0
+    for c in range(modes):
+        nothing = max(nothing, DEPENDENT * factors[c, c].max())
     for c in range(rows):
         pivot = factors[c, c]
-        for j in range(count):
-            whole[j] = pivot[j]
         for d in range(min(c, modes)):
             row, scale = factors[c, d], factors[d, d]
             take_off(factors[c], factors[d], d, row)
@@ -49,7 +49,7 @@ def factor(columns, modes, places, size):
         if c < modes:
             for j in range(count):
                 left = pivot[j]
-                pivot[j] = 1.0 / math.sqrt(left) if left > DEPENDENT * whole[j] else 0.0
+                pivot[j] = 1.0 / math.sqrt(left) if left > nothing else 0.0
     impulse, slope, both = factors[modes, modes], factors[modes + 1, modes + 1], factors[modes + 1]
     take_off(both, factors[modes], modes, both[modes])
     for j in range(count):

@@ -6,11 +6,12 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 from __future__ import annotations
 
 import copy
-import functools
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from ._candidate_kernels import Starts
+from .._nearby import middle
 from ._edge import HIGH_PASS, NO_FILTER, causal, responses
 from ._shared_modes_fit import PRIORS, Behind, Fine, Model
 
@@ -22,7 +23,36 @@ LOUD = 16  # sounds, the loudest, that filters are compared by
 LOW = 0.5 * HIGH_PASS, 0.01  # [Hz], [s]: a mode below what is fitted, and its decay
 BEHIND = 0.3  # by which a filter is so much less probable that a narrower one is not tried
 AFTER = 3.0  # and times what filters differ by, by which modes are so behind one as behind others
+ROOM = 4.0  # what a sound may gain at most by other modes that are not tried
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
+
+
+@dataclass
+class _Comparison:
+    """Models of the loudest sounds, about their origins by one that has learned from them."""
+
+    behind: Behind
+    first: Model
+    loud: Fine
+
+    def __post_init__(self) -> None:
+        self._own = self.first.noise / middle(self.loud.energy)  # of a sample, over the energy
+
+    def learned(
+        self, exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf
+    ) -> Model:
+        """A model of these modes behind this filter. See `Model.learn_from`."""
+        model = self.behind(exponents, response)
+        model.prior = self.first.prior
+        model.learn_from(self.loud.starts, EXACT, beaten)
+        return model
+
+    def complete(self, model: Model) -> bool:
+        """Whether other modes can hardly gain, even if they explained all that this one leaves.
+
+        The evidence of a sound is -f ln(s) / 2 and what changes less, with f degrees of freedom.
+        """
+        return 0.5 * model.freedom * math.log1p(model.error / self._own) < ROOM
 
 
 def chosen_model(
@@ -49,13 +79,10 @@ def chosen_model(
     starts = model.starts(held)
     near = model.about(starts)
 
-    @functools.cache
-    def by_bare() -> Fine:
-        return bare.about(starts)
-
     def leave_more(times: float) -> bool:
         """Whether modes leave too much, without a filter as well."""
-        return model.left(near) > times * unlike and bare.left(by_bare()) > times * unlike
+        most = times * unlike
+        return model.left(near) > most and bare.left(bare.about(starts)) > most
 
     if leave_more(STRANGERS[1]):
         return None
@@ -64,103 +91,87 @@ def chosen_model(
     # Modes that start at once leave as much whatever their prior and error are.
     if leave_more(HOPELESS):
         return None
-
-    def less_by_loud(exponents: np.ndarray) -> bool:
-        """Whether the loud sounds are less probable without a filter."""
-        other = behind(exponents, NO_FILTER)
-        other.learn_from(loud.starts, EXACT)
-        return other.evidence < model.evidence
-
-    # Then all of them are less probable as well, or by less than DOUBT more.
-    sure = all(map(less_by_loud, choices))
+    compared = _Comparison(behind, model, loud)
+    others = [compared.learned(choices[0], NO_FILTER)]
+    for exponents in choices[1:]:
+        if compared.complete(others[-1]):
+            break
+        others.append(compared.learned(exponents, NO_FILTER))
+    # If the loud sounds are, then all of them are less probable without a filter as well, or by
+    # less than DOUBT more.
+    sure = max(map(_evidence, others)) < model.evidence
     if not sure:
-        by_all = copy.copy(model)
-        by_all.learn(near, EXACT)
-        bare.learn(by_bare(), EXACT)
-        unfiltered = bare.evidence
-        if by_all.evidence < unfiltered - CERTAIN:
+        by_all = model.evidence
+        if len(near.energy) > len(loud.energy):
+            again = copy.copy(model)
+            again.learn(near, EXACT)
+            by_all = again.evidence
+            for other in others:
+                other.learn_from(starts, EXACT)
+        if by_all < others[0].evidence - CERTAIN:
             return None
-        for exponents in choices[1:]:
-            other = behind(exponents, NO_FILTER)
-            other.learn_from(starts, EXACT)
-            unfiltered = max(unfiltered, other.evidence)
-    best = _most_probable(behind, choices, folded, model, loud.starts)
+    best = _most_probable(compared, choices, folded)
     if best is not model:
         near = best.about(starts)
     # What is as probable as a model that is probable enough needs no further proof.
-    if not sure and by_all.evidence <= unfiltered - DOUBT:
+    enough = max(map(_evidence, others)) - DOUBT
+    if not sure and by_all <= enough:
         if best is model:
             return None
         best.learn(near, EXACT)
-        if best.evidence <= unfiltered - DOUBT:
+        if best.evidence <= enough:
             return None
     best.learn(near, ROUGH)
     return best, near
 
 
 def _most_probable(
-    behind: Behind,
-    choices: list[np.ndarray],
-    folded: list[np.ndarray],
-    model: Model,
-    loud: Starts,
+    compared: _Comparison, choices: list[np.ndarray], folded: list[np.ndarray]
 ) -> Model:
     """The model with the filter and the modes under which the loud sounds are most probable.
 
-    All are compared about the origins by that of the widest filter and the first choice, which has
-    learned from the loudest. The filters after the slope are narrower and narrower: there is one
-    maximum.
+    The filters after the slope are narrower and narrower: there is one maximum.
 
     An impulse as strong as it may be stands for something else: for the start of a strong mode
     below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
     impact. Then a mode of a low frequency, which may be any, and causal filters are tried.
     """
     _, slope, *narrower = responses()
-    tried = [model]
-    rank = LIKELY if len(choices) > 1 or folded else 1  # how many are of use
-
-    def learned(exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf) -> Model:
-        other = behind(exponents, response)
-        other.prior = model.prior
-        other.learn_from(loud, EXACT, beaten)
-        return other
-
-    def less(item: Model) -> float:
-        return -item.evidence
-
-    beaten = -np.inf
+    tried, beaten, rank = [compared.first], -np.inf, 1
     for response in (slope, *narrower):
-        other = learned(choices[0], response, beaten)
-        tried.append(other)
-        tried.sort(key=less)
-        if len(tried) >= rank:
-            beaten = tried[rank - 1].evidence
+        other = compared.learned(choices[0], response, beaten)
+        tried = sorted((*tried, other), key=_evidence, reverse=True)
+        # Other modes may favour another filter.
+        more = (len(choices) > 1 or folded) and not compared.complete(tried[0])
+        rank = LIKELY if more else 1
+        beaten = tried[rank - 1].evidence if len(tried) >= rank else -np.inf
         if response is not slope and other.evidence < beaten - BEHIND:
             break
-    likely = tried[:LIKELY]
-    for exponents in (*choices[1:], *folded):
+    likely = tried[:rank]
+    for exponents in (*choices[1:], *folded) if rank > 1 else ():
         most = likely[0].evidence
         apart = min(CERTAIN, AFTER * (1.0 + most - likely[-1].evidence))
         for i, before in enumerate(likely):
-            other = learned(exponents, before.response, before.evidence)
+            other = compared.learned(exponents, before.response, before.evidence)
             if other.evidence > before.evidence:
                 likely[i] = other
             most = max(most, other.evidence)
             if other.evidence < most - apart:
                 break
-        likely.sort(key=less)  # what other modes tell of a filter counts for the next
+        # What other modes tell of a filter counts for the next.
+        likely.sort(key=_evidence, reverse=True)
     best = likely[0]
     if best.prior[0] < PRIORS[0]:
         return best
     frequency, decay = LOW
-    low = (2j * np.pi * frequency - 1.0 / decay) / behind.rate
-    with_low = learned(np.append(low, best.exponents), best.response, best.evidence)
+    low = (2j * np.pi * frequency - 1.0 / decay) / compared.behind.rate
+    with_low = compared.learned(np.append(low, best.exponents), best.response, best.evidence)
     best = max(best, with_low, key=_evidence)
     for response in causal():
         for exponents in (*choices, *folded):
-            other = learned(exponents, response, best.evidence)
+            other = compared.learned(exponents, response, best.evidence)
             best = max(best, other, key=_evidence)
-            if other.evidence < best.evidence - CERTAIN:
+            if other.evidence < best.evidence - CERTAIN or compared.complete(other):
                 break
     return best
 

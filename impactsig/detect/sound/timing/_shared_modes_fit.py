@@ -14,7 +14,7 @@ import numpy as np
 
 from .._nearby import middle
 from ._candidate_kernels import Part, Starts, degrees, evidence_of, fine_places
-from ._edge_kernels import PARTS, step_modes
+from ._edge_kernels import PARTS, REAL, step_modes
 from ._fit_kernels import Fit, begin_each, fit_each
 from ._misfit_kernels import misfit
 from ._mode_basis_kernels import Basis, factor, project
@@ -85,7 +85,8 @@ class Model:
     @functools.cached_property
     def freedom(self) -> float:
         """Degrees of freedom that the modes leave."""
-        return float(degrees(self.part, self.columns[0]))
+        modes = len(self.exponents) + np.count_nonzero(self.exponents.imag > REAL)
+        return float(degrees(self.part, modes))
 
     @functools.cached_property
     def whole(self) -> Basis:

@@ -8,7 +8,6 @@ phases can be alike after a large shift.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,16 +16,15 @@ from ...._numerics.spread import DEVIATION_BY_MEDIAN
 from .._nearby import middle
 from ._alike_kernels import ROWS, mean_wave, shift_wave
 from ._shift_errors import beyond, is_one_mode, lever_of, misfit_of, noise_gain, slope_of
+from ._waveform_kernels import put_differences, tolerated
 from .laying import Laying, are_alike
 
 FEW = 16  # sounds, of which no part tells surely
 LEADERS = 8  # of the impacts that are tried as the first waveform
 LEAST = 8  # impacts that make a waveform
-UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
-PARTS = (0, 8), (4, 8), (1, 4), (2, 4), (3, 4)  # first and stride of sounds laid side by side
-WHOLE = ((0, 1),)  # all at once
+PARTS = np.array([(0, 8), (4, 8), (1, 4), (2, 4), (3, 4)])  # first and stride, laid side by side
+WHOLE = np.array([(0, 1)])  # all at once
 SOME, BEYOND = 0.1, 5.0  # fraction, at most, that may differ by more standard errors: by a period
-SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
 PASSES = 3  # over the impacts learned from
 LEAST_CERTAIN = 0.25  # share of the power of the wave's slope that is not its noise, at least
 
@@ -55,17 +53,18 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     leader = laying.leader(sounds[some])
     if leader < 0:
         return None
+    parts = PARTS if len(sounds) > FEW else WHOLE
     wave, shifts = sounds[some[leader], part].copy(), np.empty((ROWS, lengths.size))
     for turn in range(PASSES):
         shift_wave(wave, lengths.pad, laying.taps, shifts)
-        laid = _lay_if_alike(laying, sounds, expected, shifts)
+        laid = laying.over_if_alike(sounds, expected, shifts, parts, LEAST)
         if laid is None:
             return None
         alike = are_alike(laid)
-        fits, error = laid[alike], expected[alike, 1]
-        shift, factor = fits[:, 0], fits[:, 1]
-        latency, apart = _differences(fits, expected[alike])
-        if middle(apart) > _agree(laying, fits, error):
+        fits, attacks = laid[alike], expected[alike]
+        shift, factor, error, apart = fits[:, 0], fits[:, 1], attacks[:, 1], np.empty(len(fits))
+        latency = put_differences(fits, attacks, apart)
+        if middle(apart) > tolerated(fits, attacks, lengths):
             return None
         if np.mean(apart > np.maximum(lengths.agree, BEYOND * error)) > SOME:
             return None
@@ -92,42 +91,3 @@ def learn_waveform(laying: Laying, sounds: np.ndarray, expected: np.ndarray) -> 
     misfit = misfit_of(laying, shifts[ROWS // 2], sounds[alike], fits)
     lever = lever_of(laying, shifts)
     return Waveform(shifts, latency, gain / certain**2, colour, misfit, lever, phase)
-
-
-def _differences(laid: np.ndarray, expected: np.ndarray) -> tuple[float, np.ndarray]:
-    """Median of the differences of shifts from those expected, and how far each is from it."""
-    late = laid[:, 0] - expected[:, 0]
-    latency = middle(late)
-    return latency, np.abs(late - latency)
-
-
-def _agree(laying: Laying, laid: np.ndarray, error: np.ndarray) -> float:
-    """Tolerated median difference of instants with these errors from shifts."""
-    _, _, left, own, noise, _ = laid.T
-    if np.sum(left - noise) > UNLIKE * max(np.sum(own - noise), 0.0):
-        return laying.lengths.agree
-    doubtful = min(2.0 * middle(error), laying.lengths.agree_in_noise)
-    return max(laying.lengths.agree, doubtful)
-
-
-def _lay_if_alike(
-    laying: Laying, sounds: np.ndarray, expected: np.ndarray, shifts: np.ndarray
-) -> np.ndarray | None:
-    """The result of `Laying.over`; None as soon as too few can be alike, or agree with attacks."""
-    spare, laid = len(sounds) - max(LEAST, len(sounds) / 2), np.empty((len(sounds), 6))
-    agreeing, known = 0, 0
-    for part in PARTS if len(sounds) > FEW else WHOLE:
-        some = slice(part[0], None, part[1])
-        anywhere = np.tile((0.0, np.inf), (len(laid[some]), 1))
-        laid[some] = laying.over(np.ascontiguousarray(sounds[some]), anywhere, shifts, 0.0, 1.0)
-        alike = are_alike(laid[some])
-        spare -= np.count_nonzero(~alike)
-        if spare < 0.0:
-            return None
-        if alike.any():
-            fits, attacks = laid[some][alike], expected[some][alike]
-            near = _differences(fits, attacks)[1] <= _agree(laying, fits, attacks[:, 1])
-            agreeing, known = agreeing + int(near.sum()), known + len(near)
-            if agreeing < 0.5 * known - 0.5 * SURELY * math.sqrt(known):
-                return None
-    return laid

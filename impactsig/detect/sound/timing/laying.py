@@ -9,6 +9,7 @@ import numpy as np
 
 from ._alike_kernels import SHIFTS, lay_over, mark_alike, most_alike, shift_taps
 from ._filter_kernels import TAPS
+from ._waveform_kernels import lay_if_alike
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
@@ -92,6 +93,21 @@ class Laying(NamedTuple):
             sounds, near, lengths, clear, colour, misfit, shifts, self.taper, self.weight, laid
         )
         return laid
+
+    def over_if_alike(
+        self,
+        sounds: np.ndarray,
+        expected: np.ndarray,
+        shifts: np.ndarray,
+        parts: np.ndarray,
+        least: int,
+    ) -> np.ndarray | None:
+        """What `lay_over` finds anywhere; None if too few can be alike, or agree with attacks.
+
+        See `lay_if_alike`.
+        """
+        laid, given = np.empty((len(sounds), 6)), (self.lengths, shifts, self.taper, self.weight)
+        return laid if lay_if_alike(sounds, expected, *given, parts, least, laid) else None
 
     def leader(self, sounds: np.ndarray) -> int:
         """Number of the sound to which most others are alike; -1 if these are less than half."""
