@@ -54,18 +54,25 @@ def log_probabilities(projection, gram, error, prior, value, explained):
     elements of G and that beside them, `error` is s, `prior` the two diagonal elements of V.
     """
     count = np.uint64(len(value))
-    first, second = error / prior[0], error / prior[1]
+    explain(projection, gram, error, prior, value, explained)
     scale = prior[0] * prior[1] / (error * error)
     for j in range(count):
-        g0, g1 = gram[0, j] + first, gram[1, j] + second
-        det = g0 * g1 - gram[2, j] * gram[2, j]
-        b0, b1 = projection[1, j], projection[2, j]
-        beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det
-        explained[j] = projection[0, j] + beyond
-        value[j] = det * scale
+        value[j] *= scale
     logarithms(value)
     for j in range(count):
         value[j] = 0.5 * (explained[j] / error - value[j])
+
+
+@fused
+def explain(projection, gram, error, prior, det, explained):
+    """The fraction of the energy that each shift explains, and the determinant of G + s / V."""
+    first, second = error / prior[0], error / prior[1]
+    for j in range(np.uint64(len(det))):
+        g0, g1 = gram[0, j] + first, gram[1, j] + second
+        det[j] = g0 * g1 - gram[2, j] * gram[2, j]
+        b0, b1 = projection[1, j], projection[2, j]
+        beyond = (b0 * b0 * g1 - 2.0 * b0 * b1 * gram[2, j] + b1 * b1 * g0) / det[j]
+        explained[j] = projection[0, j] + beyond
 
 
 @fused
@@ -168,8 +175,8 @@ def _evidence(projections, energy, shifts, noise, prior, search):
     for _ in range(2):
         for i in range(len(energy)):
             own = noise / energy[i]
-            log_probabilities(projections[i], shifts.grams, own + error, prior, value, explained)
-            left = max(1.0 - explained[value.argmax()], 0.0)
+            explain(projections[i], shifts.grams, own + error, prior, value, explained)
+            left = max(1.0 - greatest_of(explained), 0.0)
             beyond[i] = left / shifts.freedom - own
         error = max(centre_of(beyond, len(beyond)), search.least)
     for i in range(len(energy)):
