@@ -29,9 +29,10 @@ from impactsig.detect.sound.timing._alike_kernels import (
     shift_wave,
 )
 from impactsig.detect.sound.timing._filter_kernels import TAPS
-from impactsig.detect.sound.timing._waveform import PARTS, PASSES, learn_waveform
+from impactsig.detect.sound.timing._waveform import LEAST, PARTS, learn_waveform
+from impactsig.detect.sound.timing._waveform_kernels import lay_if_alike
 from impactsig.detect.sound.timing.alike import LEARN, Overlay
-from impactsig.detect.sound.timing.laying import Laying, are_alike, laying_of
+from impactsig.detect.sound.timing.laying import are_alike, laying_of
 
 MODES = ((2140.0, 6e-3, 1.0), (3710.0, 4e-3, 0.6), (5930.0, 2e-3, 0.4))
 NOISE = 0.01
@@ -371,26 +372,28 @@ def test_the_leader_is_the_first_to_which_most_are_alike(groups):
     assert laying.leader(sounds) == expected
 
 
-@pytest.mark.parametrize(("agreeing", "passes"), [(0.1, 1 / 8), (0.45, 1), (1.0, PASSES)])
-def test_sounds_are_laid_until_too_few_agree_with_attacks(monkeypatch, agreeing, passes):
+@pytest.mark.parametrize(("agreeing", "share"), [(0.1, 1 / 8), (0.45, 1), (1.0, 1)])
+def test_sounds_are_laid_until_too_few_agree_with_attacks(agreeing, share):
     lengths = sound_lengths(22_050.0, scale_at(22_050.0))
-    rng, count, laid = np.random.default_rng(5), 256, []
+    rng, count, laying = np.random.default_rng(5), 256, laying_of(lengths)
     wave = rng.standard_normal(lengths.length) * np.hanning(lengths.length)
     sounds = np.linspace(2.0, 1.0, count)[:, None] * wave
     sounds += 0.01 * rng.standard_normal(sounds.shape)
     expected = np.tile((0.0, 0.3), (count, 1))
     far = rng.random(count) >= agreeing
     expected[far, 0] = rng.uniform(-40.0, 40.0, far.sum())
-    over = Laying.over
-
-    def counted(laying, sounds, *others):
-        laid.append(len(sounds))
-        return over(laying, sounds, *others)
-
-    monkeypatch.setattr(Laying, "over", counted)
-    found = learn_waveform(laying_of(lengths), sounds, expected)
-    assert (found is not None) == (agreeing == 1.0)
-    assert sum(laid) == count * passes
+    shifts, laid = np.empty((ROWS, lengths.size)), np.full((count, 6), np.nan)
+    part = wave[lengths.first - lengths.pad :][: lengths.size + 2 * lengths.pad]
+    shift_wave(part, lengths.pad, laying.taps, shifts)
+    given = lengths, shifts, laying.taper, laying.weight, PARTS, LEAST
+    assert lay_if_alike(sounds, expected, *given, laid) == (share == 1)
+    whole = np.isfinite(laid[:, 0])
+    assert whole.sum() == share * count
+    anywhere = np.tile((0.0, np.inf), (count, 1))
+    np.testing.assert_array_equal(
+        laid[whole], laying.over(sounds[whole], anywhere[whole], shifts, 0.0, 1.0)
+    )
+    assert (learn_waveform(laying, sounds, expected) is not None) == (agreeing == 1.0)
     assert sum(1 / stride for _, stride in PARTS) == 1.0
 
 

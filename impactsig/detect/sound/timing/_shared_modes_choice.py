@@ -121,7 +121,8 @@ def chosen_model(
         best.learn(near, EXACT)
         if best.evidence <= enough:
             return None
-    best.learn(near, ROUGH)
+    if best.error < ROUGH or len(near.energy) > len(loud.energy):
+        best.learn(near, ROUGH)
     return best, near
 
 
@@ -136,19 +137,39 @@ def _most_probable(
     below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
     impact. Then a mode of a low frequency, which may be any, and causal filters are tried.
     """
+    first, others = choices[0], (*choices[1:], *folded)
     _, slope, *narrower = responses()
-    tried, beaten, rank = [compared.first], -np.inf, 1
+    tried, beaten = [compared.first], -np.inf
     for response in (slope, *narrower):
-        other = compared.learned(choices[0], response, beaten)
+        other = compared.learned(first, response, beaten)
         tried = sorted((*tried, other), key=_evidence, reverse=True)
         # Other modes may favour another filter.
-        more = (len(choices) > 1 or folded) and not compared.complete(tried[0])
-        rank = LIKELY if more else 1
+        rank = LIKELY if others and not compared.complete(tried[0]) else 1
         beaten = tried[rank - 1].evidence if len(tried) >= rank else -np.inf
         if response is not slope and other.evidence < beaten - BEHIND:
             break
-    likely = tried[:rank]
-    for exponents in (*choices[1:], *folded) if rank > 1 else ():
+    best = _with_others(compared, tried, others)
+    if best.prior[0] < PRIORS[0]:
+        return best
+    frequency, decay = LOW
+    low = (2j * np.pi * frequency - 1.0 / decay) / compared.behind.rate
+    with_low = compared.learned(np.append(low, best.exponents), best.response, best.evidence)
+    best = max(best, with_low, key=_evidence)
+    tried = [compared.learned(first, response, best.evidence) for response in causal()]
+    tried.sort(key=_evidence, reverse=True)
+    if tried[0].evidence > best.evidence - CERTAIN:
+        best = max(best, _with_others(compared, tried, others), key=_evidence)
+    return best
+
+
+def _with_others(
+    compared: _Comparison, tried: list[Model], others: tuple[np.ndarray, ...]
+) -> Model:
+    """The most probable of models, the first of which is, and of other modes behind them."""
+    if compared.complete(tried[0]):
+        return tried[0]
+    likely = [one for one in tried[:LIKELY] if one.evidence > tried[0].evidence - CERTAIN]
+    for exponents in others:
         most = likely[0].evidence
         apart = min(CERTAIN, AFTER * (1.0 + most - likely[-1].evidence))
         for i, before in enumerate(likely):
@@ -160,20 +181,7 @@ def _most_probable(
                 break
         # What other modes tell of a filter counts for the next.
         likely.sort(key=_evidence, reverse=True)
-    best = likely[0]
-    if best.prior[0] < PRIORS[0]:
-        return best
-    frequency, decay = LOW
-    low = (2j * np.pi * frequency - 1.0 / decay) / compared.behind.rate
-    with_low = compared.learned(np.append(low, best.exponents), best.response, best.evidence)
-    best = max(best, with_low, key=_evidence)
-    for response in causal():
-        for exponents in (*choices, *folded):
-            other = compared.learned(exponents, response, best.evidence)
-            best = max(best, other, key=_evidence)
-            if other.evidence < best.evidence - CERTAIN or compared.complete(other):
-                break
-    return best
+    return likely[0]
 
 
 def _evidence(model: Model) -> float:
