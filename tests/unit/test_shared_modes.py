@@ -380,12 +380,12 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
     model = model_of(EXPONENTS[:1], response, taps, 1e-12)  # one of the two
     model.prior, model.error = (1e-12, 1e-12), 1e-3
-    held = model.about(model.starts(model.at_whole(sounds, np.full(24, 40.0))))
-    model.compare(held, 1.0)
+    model.fit_first(sounds, np.full(24, 40.0), 1.0)
     modes, _ = apart(EXPONENTS[:1], response, taps, -60, 80)
     fits, left, change = model.fit(sounds, np.full(24, 40.0)), [], []
-    begin, size, lead = held.starts.begins, model.fine.size, model.part.lead
-    for sound, first, instant in zip(sounds, begin, fits[:, 0], strict=True):
+    size, lead = model.fine.size, model.part.lead
+    for sound, instant in zip(sounds, fits[:, 0], strict=True):
+        first = int(np.rint(instant)) - lead
         part = sound[first : first + size]
         shift = int(np.rint(PARTS * (instant - first - lead)))
         fitted = []

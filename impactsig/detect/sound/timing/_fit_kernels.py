@@ -22,7 +22,6 @@ class Fit(NamedTuple):
     fine: Basis  # and at fine shifts
     shifts: Shifts  # these
     floor: tuple[float, float]  # noise of a sample, and the part of s that the model's errors make
-    misfit: float
     prior: tuple[float, float]
 
 
@@ -39,13 +38,15 @@ def begin_each(guess, before, last, out):
 
 @fused
 def fit_each(sounds, begins, guess, fit, out):
-    """Instant, standard error and residual fraction of each sound that starts near a guess.
+    """Posterior of the instant of each sound that starts near a guess, and what is left of it.
 
     The part of a sound that is fitted begins at the guess, and then at the most probable whole
-    shift from there. The share is that beyond noise. Instants and guesses count from begins[i]
-    samples before a sound. NaN where a sound does not hold all that, or there is no guess.
+    shift from there. Instants and guesses count from begins[i] samples before a sound. NaN where a
+    sound does not hold all that, or there is no guess.
 
-    out : (n, 3)
+    out : (n, 5)
+        Instant, its variance, the variance by starts farther away, residual fraction beyond noise,
+        and the power of a sample of noise over the energy.
     """
     count, size = len(guess), fit.whole.size
     reach, shifts = len(fit.whole.places) // 2, len(fit.fine.places)
@@ -53,7 +54,7 @@ def fit_each(sounds, begins, guess, fit, out):
     which, begin = np.empty(count, np.int64), np.empty(count, np.int64)
     known = 0
     for i in range(count):
-        out[i, 0] = out[i, 1] = out[i, 2] = np.nan
+        out[i] = np.nan
         if begins[i] >= 0 and math.isfinite(guess[i]):
             first = math.floor(guess[i] + 0.5) - fit.lead - begins[i]
             if reach <= first <= sounds.shape[1] - reach - size:
@@ -87,7 +88,20 @@ def fit_each(sounds, begins, guess, fit, out):
         weigh(between[:there], energy[:there], fit.shifts, fit.floor, fit.prior, fitted)
         for i in range(there):
             own, one = fit.floor[0] / energy[i], held[i]
-            wider = max((own + fit.misfit) / (own + fit.floor[1]), 1.0)
             out[one, 0] = begins[one] + start[i] + fit.lead + fitted[i, 0]
-            out[one, 1] = math.sqrt(fitted[i, 1] * fitted[i, 1] * wider + beyond[i])
-            out[one, 2] = fitted[i, 2] - fit.shifts.freedom * own
+            out[one, 1], out[one, 2] = fitted[i, 1] * fitted[i, 1], beyond[i]
+            out[one, 3], out[one, 4] = fitted[i, 2] - fit.shifts.freedom * own, own
+
+
+@fused
+def put_fits(found, error, misfit, out):
+    """Instant, standard error and residual fraction of what `fit_each` has found.
+
+    A deviation is that of a part `error` of s; what is off by more along a shift is the misfit.
+
+    out : (n, 3)
+    """
+    for i in range(len(found)):
+        instant, variance, beyond, left, own = found[i]
+        wider = max((own + misfit) / (own + error), 1.0)
+        out[i, 0], out[i, 1], out[i, 2] = instant, math.sqrt(variance * wider + beyond), left

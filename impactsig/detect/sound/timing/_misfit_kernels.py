@@ -8,45 +8,43 @@ import numpy as np
 
 from ...signal.order_kernels import centre_of
 from .._lane_kernels import fused, reordered
-from ._candidate_kernels import Starts
 from ._edge_kernels import PARTS
 from ._mode_basis_kernels import Basis, product
-from ._shift_kernels import Shifts, weigh
 
-__all__ = ["Basis", "Shifts", "Starts", "misfit"]
+__all__ = ["Basis", "misfit"]
 
 
 @fused
-def misfit(projections, energy, starts, basis, shifts, floor, prior, step, most, least):
+def misfit(sounds, found, lead, basis, error, prior, step, most, least):
     """Mean square of what is left of a sound in the direction of a shift of others, noise apart.
 
-    It is the median of every `step`-th sound of which no more than a fraction of `most` is left, as
-    of one of energy 1; NaN if there are not at least so many.
+    It is the median of every `step`-th sound of those that `fit_each` has `found`, and of which no
+    more than a fraction of `most` is left, as of one of energy 1; NaN if these are less than
+    `least`. Fits begin `lead` samples before an instant; `error` is the model's part of s.
     """
-    count = -(-len(energy) // step)
-    alike, own, fitted = np.empty(count, np.int64), np.empty(count), np.empty((count, 3))
-    some = 0
-    for i in range(0, len(energy), step):
-        found, noise = fitted[some : some + 1], floor[0] / energy[i]
-        weigh(projections[i : i + 1], energy[i : i + 1], shifts, floor, prior, found)
-        if found[0, 2] - shifts.freedom * noise <= most:
-            alike[some], own[some] = i, noise
+    size, alike, some = basis.size, np.empty(len(found), np.int64), 0
+    for i in range(len(found)):
+        begin = found[i, 0] - lead
+        if found[i, 3] <= most and 0.0 <= begin < len(sounds[i]) - size - 1.0:
+            alike[some] = i
             some += 1
+    alike = alike[:some:step]
+    some = len(alike)
     if some < least:
         return np.nan
-    left, change = np.empty((2, some, basis.size))
+    left, change = np.empty((2, some, size))
     for n in range(some):
         i = alike[n]
-        first = starts.begins[i]
-        sound = starts.sounds[starts.which[i], first : first + basis.size]
-        place = PARTS * fitted[n, 0]
-        leave_and_change(sound, place, own[n] + floor[1], prior, basis, left[n], change[n])
+        begin = found[i, 0] - lead
+        first = math.floor(begin + 0.5)
+        place, sound = PARTS * (begin - first), sounds[i, first : first + size]
+        leave_and_change(sound, place, found[i, 4] + error, prior, basis, left[n], change[n])
     squares = np.zeros(some)
     for n in range(some):
         for other in range(some):
             if other != n:
                 one = product(change[other], left[n])
-                squares[n] += one * one - own[n]
+                squares[n] += one * one - found[alike[n], 4]
     return centre_of(squares, some) / (some - 1)
 
 

@@ -25,6 +25,7 @@ BEHIND = 0.3  # by which a filter is so much less probable that a narrower one i
 AFTER = 3.0  # and times what filters differ by, by which modes are so behind one as behind others
 ROOM = 4.0  # what a sound may gain at most by other modes that are not tried
 EXACT, ROUGH = 1e-7, 2e-5  # least error by which a filter is chosen, and an instant
+QUIET = 10.0  # times the latter, up to which it changes what is learned
 
 
 @dataclass
@@ -36,7 +37,7 @@ class _Comparison:
     loud: Fine
 
     def __post_init__(self) -> None:
-        self._own = self.first.noise / middle(self.loud.energy)  # of a sample, over the energy
+        self.own = self.first.noise / middle(self.loud.energy)  # of a sample, over the energy
 
     def learned(
         self, exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf
@@ -52,7 +53,7 @@ class _Comparison:
 
         The evidence of a sound is -f ln(s) / 2 and what changes less, with f degrees of freedom.
         """
-        return 0.5 * model.freedom * math.log1p(model.error / self._own) < ROOM
+        return 0.5 * model.freedom * math.log1p(model.error / self.own) < ROOM
 
 
 def chosen_model(
@@ -61,12 +62,12 @@ def chosen_model(
     guess: np.ndarray,
     behind: Behind,
     unlike: float,
-) -> tuple[Model, Fine] | None:
+) -> Model | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
-    `shared` are exponents that they may share. Beside the model the sounds, projected on it. None
-    if they share no modes, or are more probable without any filter. `unlike` is the share of the
-    energy that the modes of sounds that share them leave at most.
+    `shared` are exponents that they may share. None if they share no modes, or are more probable
+    without any filter. `unlike` is the share of the energy that the modes of sounds that share them
+    leave at most.
     """
     choices, folded = shared
     if not choices:
@@ -111,19 +112,21 @@ def chosen_model(
         if by_all < others[0].evidence - CERTAIN:
             return None
     best = _most_probable(compared, choices, folded)
-    if best is not model:
-        near = best.about(starts)
     # What is as probable as a model that is probable enough needs no further proof.
     enough = max(map(_evidence, others)) - DOUBT
     if not sure and by_all <= enough:
         if best is model:
             return None
-        best.learn(near, EXACT)
+        best.learn_from(starts, EXACT)
         if best.evidence <= enough:
             return None
-    if best.error < ROUGH or len(near.energy) > len(loud.energy):
-        best.learn(near, ROUGH)
-    return best, near
+    # In noise by far greater than the least error, neither it nor the prior changes.
+    if max(compared.own, best.error) < QUIET * ROUGH:
+        best.learn(best.about(starts), ROUGH)
+    elif len(near.energy) > len(loud.energy):
+        best.settle(best.about(starts), ROUGH)
+    best.error = max(best.error, ROUGH)
+    return best
 
 
 def _most_probable(

@@ -15,7 +15,7 @@ import numpy as np
 from .._nearby import middle
 from ._candidate_kernels import Part, Starts, degrees, evidence_of, fine_places
 from ._edge_kernels import PARTS, REAL, step_modes
-from ._fit_kernels import Fit, begin_each, fit_each
+from ._fit_kernels import Fit, begin_each, fit_each, put_fits
 from ._misfit_kernels import misfit
 from ._mode_basis_kernels import Basis, factor, project
 from ._shift_kernels import NOTHING, Search, Shifts, leave, most_probable, place
@@ -114,16 +114,43 @@ class Model:
 
         The share is that beyond noise. Instants count from so many samples before a sound `begins`.
         """
-        fits = np.empty((len(guess), 3))
+        return self._fits(self._found(sounds, guess, begins))
+
+    def fit_first(self, sounds: np.ndarray, guess: np.ndarray, most: float) -> np.ndarray:
+        """The same of the first sounds. By those of which at most so much is left, the misfit."""
+        found = self._found(sounds, guess)
+        self._compare(sounds, found, most)
+        return self._fits(found)
+
+    def _found(
+        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Result of `fit_each`."""
+        found = np.empty((len(guess), 5))
         begins = np.zeros(len(guess), np.int64) if begins is None else begins
-        fit_each(sounds, begins, guess, self._fit, fits)
+        floor, shifts = (self.noise, self.error), self._shifts(self.fine)
+        fit = Fit(self.part.lead, self.whole, self.fine, shifts, floor, self.prior)
+        fit_each(sounds, begins, guess, fit, found)
+        return found
+
+    def _fits(self, found: np.ndarray) -> np.ndarray:
+        fits = np.empty((len(found), 3))
+        put_fits(found, self.error, self.misfit, fits)
         return fits
 
-    @property
-    def _fit(self) -> Fit:
-        """Of a model that is learned, for the kernel."""
-        floor, shifts = (self.noise, self.error), self._shifts(self.fine)
-        return Fit(self.part.lead, self.whole, self.fine, shifts, floor, self.misfit, self.prior)
+    def _compare(self, sounds: np.ndarray, found: np.ndarray, most: float) -> None:
+        """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
+
+        What a model leaves lies in few directions, and one of them may be that in which a shift
+        changes a sound. A fit has taken this part off the sound, but not off others: the misfit
+        is OWN times the mean square of a component of a sound in this direction for all others,
+        noise apart, in the median of the sounds.
+        """
+        step = max(-(-len(found) // COMPARED), 1)
+        given = self.part.lead, self.fine, self.error, self.prior
+        known = misfit(sounds, found, *given, step, most, LEAST)
+        if math.isfinite(known):
+            self.misfit = OWN * known
 
     def _shifts(self, basis: Basis) -> Shifts:
         """Fine shifts of this basis."""
@@ -211,20 +238,11 @@ class Model:
         self.evidence, impulse, self.error = found
         self.prior = impulse, impulse * SLOPE_PRIOR
 
-    def compare(self, held: Fine, most: float) -> None:
-        """Set the misfit, from some sounds of which no more than a fraction of `most` is left.
-
-        What a model leaves lies in few directions, and one of them may be that in which a shift
-        changes a sound. A fit has taken this part off the sound, but not off others: the misfit
-        is OWN times the mean square of a component of a sound in this direction for all others,
-        noise apart, in the median of the sounds.
-        """
-        step = max(-(-len(held.energy) // COMPARED), 1)
-        shifts, floor = self._shifts(self.close), (self.noise, self.error)
-        given = self.close, shifts, floor, self.prior
-        found = misfit(held.projections, held.energy, held.starts, *given, step, most, LEAST)
-        if math.isfinite(found):
-            self.misfit = OWN * found
+    def settle(self, held: Fine, least: float) -> None:
+        """Set the error that makes sounds most probable with the prior that it has."""
+        search = Search(np.array([self.prior]), 0, FIRST_ERROR, least, -np.inf)
+        shifts = self._shifts(self.close)
+        _, _, self.error = most_probable(held.projections, held.energy, shifts, self.noise, search)
 
 
 class Behind:

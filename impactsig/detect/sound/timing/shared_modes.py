@@ -208,12 +208,10 @@ class SharedModes:
         few, noise = slice(len(plain)), self._noise(sounds)
         behind = Behind(self.white, passed(self.rate), self.rate, noise)
         exponents = shared_exponents(rings, noise)
-        chosen = chosen_model(exponents, sounds[few], guess[few], behind, UNLIKE)
-        if chosen is None:
+        model = chosen_model(exponents, sounds[few], guess[few], behind, UNLIKE)
+        if model is None:
             return None
-        model, held = chosen
-        model.compare(held, STRANGE)
-        fits = model.fit(sounds, guess)
+        fits = model.fit_first(sounds, guess, STRANGE)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
