@@ -27,8 +27,8 @@ from impactsig.detect.sound.timing._edge import (
 from impactsig.detect.sound.timing._edge_kernels import PARTS, step_modes
 from impactsig.detect.sound.timing._shared_exponents import (
     RINGS,
+    SharedExponents,
     no_rings,
-    shared_exponents,
     with_rings,
 )
 from impactsig.detect.sound.timing._shared_modes_fit import CLOSE, OWN, PRIORS, Behind
@@ -75,7 +75,8 @@ def model_of(exponents, response, taps, noise=0.0, rate=RATE):
 def exponents_of(sounds, guess, noise):
     """Those that sounds may share, the first few and the others by themselves."""
     rings = with_rings(no_rings(RATE, RINGS[0]), sounds[:8], guess[:8], RATE)
-    return shared_exponents(with_rings(rings, sounds[8:], guess[8:], RATE), noise)
+    found = SharedExponents(with_rings(rings, sounds[8:], guess[8:], RATE), noise)
+    return ([] if found.first is None else [found.first, *found.weaker]), found.folded
 
 
 def learned(truth):
@@ -411,7 +412,7 @@ def test_what_has_learned_finds_the_same_again():
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
     sounds += 1e-2 * rng.standard_normal(sounds.shape)
     model = model_of(EXPONENTS, response, taps, 1e-4)
-    held = model.about(model.starts(model.at_whole(sounds, np.full(24, 40.0))))
+    held = model.about(model.starts(sounds, np.full(24, 40.0))[1])
     model.learn(held, 1e-7)
     first = model.prior, model.error, model.evidence
     assert model.prior[0] == PRIORS[-1]  # no impulse is there

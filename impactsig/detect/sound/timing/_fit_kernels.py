@@ -26,17 +26,6 @@ class Fit(NamedTuple):
 
 
 @fused
-def begin_each(guess, before, last, out):
-    """out[i]: the sample so many before the one next to guess[i]; -1 if it is not in 0 to `last`.
-
-    And where there is no guess.
-    """
-    for i in range(len(guess)):
-        at = math.floor(guess[i] + 0.5) - before if math.isfinite(guess[i]) else -1
-        out[i] = at if 0 <= at <= last else -1
-
-
-@fused
 def fit_each(sounds, begins, guess, fit, out):
     """Posterior of the instant of each sound that starts near a guess, and what is left of it.
 

@@ -95,40 +95,64 @@ def with_rings(rings: Rings, sounds: np.ndarray, guess: np.ndarray, rate: float)
     return Rings(rings.ring, size, total, rings.floor + floor)
 
 
-def shared_exponents(rings: Rings, noise: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Candidate exponents of the modes that sounds share, the most probable first.
+class SharedExponents:
+    """Candidate exponents of the modes that sounds share, each worked out when it is asked for.
 
     The eigenvectors of their rings span the modes; what turns these by a sample has the eigenvalues
-    exp(exponent), one of each pair is returned. The weak modes come in a choice after the strong,
-    and last those that may be noise: a mode that a filter stops is weak, but makes the sounds more
-    probable. A mode near half the rate may be one above it, folded by the sampler: these choices
-    come apart, for without a filter they are the same. There is no choice if modes are too many to
-    be shared, or if too much of the rings lies beside the strong ones: the eigenvalues of the
-    others, noise apart.
+    exp(exponent), one of each pair counts. There is no choice if modes are too many to be shared,
+    or if too much of the rings lies beside the strong ones: the eigenvalues of the others, noise
+    apart.
     """
-    from scipy.linalg import lapack
 
-    counts = _counts(rings.eigenvalues, rings, noise)
-    if not counts:
-        return [], []
-    vectors, choices, folded = rings.eigenvectors(counts[-1]), [], []
-    last, products = vectors[-1], vectors[:-1].T @ vectors[1:]
-    for count in counts:
+    def __init__(self, rings: Rings, noise: float) -> None:
+        self._rings, self._counts = rings, _counts(rings.eigenvalues, rings, noise)
+        self._known = filter(len, map(self._exponents, self._counts))
+
+    @functools.cached_property
+    def first(self) -> np.ndarray | None:
+        """Those of the strong modes; None if there is no choice."""
+        return next(self._known, None)
+
+    @functools.cached_property
+    def weaker(self) -> list[np.ndarray]:
+        """With the weak modes, and last with those that may be noise.
+
+        A mode that a filter stops is weak, but makes the sounds more probable.
+        """
+        return [] if self.first is None else list(self._known)
+
+    @functools.cached_property
+    def folded(self) -> list[np.ndarray]:
+        """With modes above half the rate that the sampler has folded, as those near it may be.
+
+        These choices come apart: without a filter they are the same.
+        """
+        found = []
+        for exponents in [] if self.first is None else [self.first, *self.weaker]:
+            high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
+            if high.any():
+                above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
+                found.append(np.where(high, above, exponents))
+        return found
+
+    @functools.cached_property
+    def _turned(self) -> tuple[np.ndarray, np.ndarray]:
+        """Last of the lagged samples of the eigenvectors, and products of the others, turned."""
+        vectors = self._rings.eigenvectors(self._counts[-1])
+        return vectors[-1], vectors[:-1].T @ vectors[1:]
+
+    def _exponents(self, count: int) -> np.ndarray:
+        """Those of so many eigenvectors."""
+        from scipy.linalg import lapack
+
+        last, products = self._turned
         end, turn = last[-count:], products[-count:, -count:]
         # (common' common)^-1 times this, by one row, for all but the last of lagged samples
         turn = turn + (end / max(1.0 - end @ end, ALONE))[:, None] * (end @ turn)
         real, imaginary, *_ = lapack.dgeev(turn, compute_vl=0, compute_vr=0)
         poles = (real + 1j * imaginary)[imaginary >= 0.0]
         modulus = np.abs(poles)
-        exponents = np.log(poles[(modulus > MODULI[0]) & (modulus < MODULI[1])])
-        if not len(exponents):
-            continue
-        choices.append(exponents)
-        high = (exponents.imag > FOLDED * np.pi) & (exponents.imag < (1.0 - 1e-9) * np.pi)
-        if high.any():
-            above = exponents.real + 1j * (2.0 * np.pi - exponents.imag)
-            folded.append(np.where(high, above, exponents))
-    return choices, folded
+        return np.asarray(np.log(poles[(modulus > MODULI[0]) & (modulus < MODULI[1])]))
 
 
 def rings_of_shared(

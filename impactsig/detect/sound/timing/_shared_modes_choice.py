@@ -13,6 +13,7 @@ import numpy as np
 
 from .._nearby import middle
 from ._edge import HIGH_PASS, NO_FILTER, causal, responses
+from ._shared_exponents import SharedExponents
 from ._shared_modes_fit import PRIORS, Behind, Fine, Model
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
@@ -57,7 +58,7 @@ class _Comparison:
 
 
 def chosen_model(
-    shared: tuple[list[np.ndarray], list[np.ndarray]],
+    shared: SharedExponents,
     sounds: np.ndarray,
     guess: np.ndarray,
     behind: Behind,
@@ -65,19 +66,16 @@ def chosen_model(
 ) -> Model | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
-    `shared` are exponents that they may share. None if they share no modes, or are more probable
-    without any filter. `unlike` is the share of the energy that the modes of sounds that share them
-    leave at most.
+    None if they share no modes, or are more probable without any filter. `unlike` is the share of
+    the energy that the modes of sounds that share them leave at most.
     """
-    choices, folded = shared
-    if not choices:
+    first = shared.first
+    if first is None:
         return None
-    model, bare = behind(choices[0], responses()[0]), behind(choices[0], NO_FILTER)
-    held = model.at_whole(sounds, guess)
-    most = STRANGERS[0] * unlike
-    if model.left_at_samples(held) > most < bare.left_at_samples(bare.at_whole(sounds, guess)):
+    model, bare = behind(first, responses()[0]), behind(first, NO_FILTER)
+    (left, starts), most = model.starts(sounds, guess), STRANGERS[0] * unlike
+    if left > most and bare.starts(sounds, guess)[0] > most:
         return None
-    starts = model.starts(held)
     near = model.about(starts)
 
     def leave_more(times: float) -> bool:
@@ -93,11 +91,9 @@ def chosen_model(
     if leave_more(HOPELESS):
         return None
     compared = _Comparison(behind, model, loud)
-    others = [compared.learned(choices[0], NO_FILTER)]
-    for exponents in choices[1:]:
-        if compared.complete(others[-1]):
-            break
-        others.append(compared.learned(exponents, NO_FILTER))
+    others = [compared.learned(first, NO_FILTER)]
+    while not compared.complete(others[-1]) and len(others) <= len(shared.weaker):
+        others.append(compared.learned(shared.weaker[len(others) - 1], NO_FILTER))
     # If the loud sounds are, then all of them are less probable without a filter as well, or by
     # less than DOUBT more.
     sure = max(map(_evidence, others)) < model.evidence
@@ -111,7 +107,7 @@ def chosen_model(
                 other.learn_from(starts, EXACT)
         if by_all < others[0].evidence - CERTAIN:
             return None
-    best = _most_probable(compared, choices, folded)
+    best = _most_probable(compared, shared)
     # What is as probable as a model that is probable enough needs no further proof.
     enough = max(map(_evidence, others)) - DOUBT
     if not sure and by_all <= enough:
@@ -129,9 +125,7 @@ def chosen_model(
     return best
 
 
-def _most_probable(
-    compared: _Comparison, choices: list[np.ndarray], folded: list[np.ndarray]
-) -> Model:
+def _most_probable(compared: _Comparison, shared: SharedExponents) -> Model:
     """The model with the filter and the modes under which the loud sounds are most probable.
 
     The filters after the slope are narrower and narrower: there is one maximum.
@@ -140,18 +134,17 @@ def _most_probable(
     below what is fitted, whose ringing is not heard, or for a filter that does not ring before an
     impact. Then a mode of a low frequency, which may be any, and causal filters are tried.
     """
-    first, others = choices[0], (*choices[1:], *folded)
     _, slope, *narrower = responses()
-    tried, beaten = [compared.first], -np.inf
+    first, tried, beaten = compared.first.exponents, [compared.first], -np.inf
     for response in (slope, *narrower):
         other = compared.learned(first, response, beaten)
         tried = sorted((*tried, other), key=_evidence, reverse=True)
         # Other modes may favour another filter.
-        rank = LIKELY if others and not compared.complete(tried[0]) else 1
+        rank = LIKELY if _others(compared, tried[0], shared) else 1
         beaten = tried[rank - 1].evidence if len(tried) >= rank else -np.inf
         if response is not slope and other.evidence < beaten - BEHIND:
             break
-    best = _with_others(compared, tried, others)
+    best = _with_others(compared, tried, shared)
     if best.prior[0] < PRIORS[0]:
         return best
     frequency, decay = LOW
@@ -161,18 +154,19 @@ def _most_probable(
     tried = [compared.learned(first, response, best.evidence) for response in causal()]
     tried.sort(key=_evidence, reverse=True)
     if tried[0].evidence > best.evidence - CERTAIN:
-        best = max(best, _with_others(compared, tried, others), key=_evidence)
+        best = max(best, _with_others(compared, tried, shared), key=_evidence)
     return best
 
 
-def _with_others(
-    compared: _Comparison, tried: list[Model], others: tuple[np.ndarray, ...]
-) -> Model:
+def _others(compared: _Comparison, model: Model, shared: SharedExponents) -> list[np.ndarray]:
+    """Modes by which sounds may gain on a model."""
+    return [] if compared.complete(model) else [*shared.weaker, *shared.folded]
+
+
+def _with_others(compared: _Comparison, tried: list[Model], shared: SharedExponents) -> Model:
     """The most probable of models, the first of which is, and of other modes behind them."""
-    if compared.complete(tried[0]):
-        return tried[0]
     likely = [one for one in tried[:LIKELY] if one.evidence > tried[0].evidence - CERTAIN]
-    for exponents in others:
+    for exponents in _others(compared, tried[0], shared):
         most = likely[0].evidence
         apart = min(CERTAIN, AFTER * (1.0 + most - likely[-1].evidence))
         for i, before in enumerate(likely):

@@ -13,12 +13,20 @@ from typing import NamedTuple
 import numpy as np
 
 from .._nearby import middle
-from ._candidate_kernels import Part, Starts, degrees, evidence_of, fine_places
+from ._candidate_kernels import (
+    Part,
+    Starts,
+    begin_each,
+    degrees,
+    evidence_of,
+    fine_places,
+    starts_of,
+)
 from ._edge_kernels import PARTS, REAL, step_modes
-from ._fit_kernels import Fit, begin_each, fit_each, put_fits
+from ._fit_kernels import Fit, fit_each, put_fits
 from ._misfit_kernels import misfit
 from ._mode_basis_kernels import Basis, factor, project
-from ._shift_kernels import NOTHING, Search, Shifts, leave, most_probable, place
+from ._shift_kernels import Search, Shifts, leave, most_probable
 
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
 REACH = 0.8e-3  # [s], by which the guess may be off
@@ -33,16 +41,6 @@ FIRST_PRIOR = 1e-3
 FIRST_ERROR = 1e-4  # of a sample, relative to the energy, noise apart
 COMPARED = 32  # sounds whose misfits are compared
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
-
-
-class Whole(NamedTuple):
-    """Sounds on the modes of a model, at whole shifts."""
-
-    sounds: np.ndarray
-    which: np.ndarray  # of them, that hold all that a fit needs; what follows is of these
-    first: np.ndarray  # sample that the first whole shift puts at the start of a fit
-    energy: np.ndarray
-    projections: np.ndarray
 
 
 class Fine(NamedTuple):
@@ -167,48 +165,28 @@ class Model:
         begin_each(guess, self.part.lead + self.reach, length - self.width, begins)
         return begins
 
-    def at_whole(self, sounds: np.ndarray, guess: np.ndarray) -> Whole:
-        """Sounds that start near a guess, at whole shifts, for any prior and error."""
-        begins = self.begins(guess, sounds.shape[1])
-        which = np.flatnonzero(begins >= 0)
-        first = begins[which] + self.reach
-        return Whole(sounds, which, first, *_projections(sounds, which, first, self.whole))
+    def starts(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[float, Starts]:
+        """What it leaves of sounds that start near a guess, about as `left`, and where they start.
+
+        As if all started at whole samples.
+        """
+        given = self.exponents, self.response, self.part, self.reach, sounds, guess
+        return starts_of(*given, self.noise, self.prior, self.error)
 
     def about(self, starts: Starts) -> Fine:
         """Sounds about their origins."""
-        return Fine(starts, *_projections(*starts, self.close))
-
-    def starts(self, held: Whole) -> Starts:
-        """Sounds that start somewhere, which their most probable whole start puts at the origin."""
-        shift, beyond = np.empty(len(held.energy), np.int64), np.empty(len(held.energy))
-        near, floor = self.part.near // PARTS, (self.noise, self.error)
-        given = held.projections, held.energy, self.whole.grams, near, floor, self.prior
-        place(*given, shift, beyond)
-        some = shift >= 0
-        return Starts(held.sounds, held.which[some], (held.first + shift)[some] - self.reach)
-
-    def left_at_samples(self, held: Whole) -> float:
-        """About as `left`, if all start at whole samples, before anything is learned."""
-        some = held.energy > NOTHING * self.noise
-        energy, projections = held.energy[some], held.projections[some]
-        return self._left(energy, projections, self.whole.grams, FIRST_ERROR, np.inf)
+        count = len(starts.which)
+        energy, projections = np.empty(count), np.empty((count, 3, len(self.close.places)))
+        project(*starts, self.close, energy, projections)
+        return Fine(starts, energy, projections)
 
     def left(self, held: Fine) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
-        return self._left(held.energy, held.projections, self.close.grams, self.error, self.freedom)
-
-    def _left(
-        self,
-        energy: np.ndarray,
-        projections: np.ndarray,
-        grams: np.ndarray,
-        error: float,
-        freedom: float,
-    ) -> float:
+        energy, floor = held.energy, (self.noise, self.error)
         if not len(energy):
             return np.inf
-        left, floor = np.empty(len(energy)), (self.noise, error)
-        leave(projections, energy, grams, floor, freedom, self.prior, left)
+        left, grams = np.empty(len(energy)), self.close.grams
+        leave(held.projections, energy, grams, floor, self.freedom, self.prior, left)
         return middle(left - self.freedom * self.noise / energy)
 
     def learn(self, held: Fine, least: float) -> None:
@@ -260,11 +238,3 @@ class Behind:
     def __call__(self, exponents: np.ndarray, response: np.ndarray) -> Model:
         """Modes with these exponents behind a filter with this response."""
         return Model(exponents, response, self._part, self._reach, self._noise)
-
-
-def _projections(
-    sounds: np.ndarray, which: np.ndarray, first: np.ndarray, basis: Basis
-) -> tuple[np.ndarray, np.ndarray]:
-    energy, projections = np.empty(len(which)), np.empty((len(which), 3, len(basis.places)))
-    project(sounds, which, first, basis, energy, projections)
-    return energy, projections

@@ -36,7 +36,7 @@ from .._growth_kernels import add_powers, spread_of
 from .._lane_kernels import median_energy
 from .._nearby import middle
 from ._edge import high_pass, passed, whitening
-from ._shared_exponents import Rings, rings_of_shared, shared_exponents, with_rings
+from ._shared_exponents import Rings, SharedExponents, rings_of_shared, with_rings
 from ._shared_modes_choice import chosen_model
 from ._shared_modes_fit import FIRST_ERROR, LEAST, Behind, Model
 from ._shared_modes_kernels import (
@@ -207,8 +207,8 @@ class SharedModes:
         """
         few, noise = slice(len(plain)), self._noise(sounds)
         behind = Behind(self.white, passed(self.rate), self.rate, noise)
-        exponents = shared_exponents(rings, noise)
-        model = chosen_model(exponents, sounds[few], guess[few], behind, UNLIKE)
+        shared = SharedExponents(rings, noise)
+        model = chosen_model(shared, sounds[few], guess[few], behind, UNLIKE)
         if model is None:
             return None
         fits = model.fit_first(sounds, guess, STRANGE)
