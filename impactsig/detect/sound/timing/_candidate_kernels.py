@@ -1,4 +1,4 @@
-"""Kernel that tells how probable sounds are by modes behind a filter. See `shared_modes.py`."""
+"""Kernels that tell how probable sounds are by modes behind a filter. See `shared_modes.py`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from ._mode_basis_kernels import factor, project
 from ._shift_kernels import Search, Shifts, leave, most_probable, place
 
 __all__ = [
+    "Fine",
     "Part",
     "Search",
     "Starts",
+    "about",
     "begin_each",
     "degrees",
     "evidence_of",
     "fine_places",
-    "starts_of",
+    "start_each",
 ]
 
 
@@ -42,6 +44,15 @@ class Starts(NamedTuple):
     sounds: np.ndarray
     which: np.ndarray  # of them
     begins: np.ndarray  # sample of each that fine shifts count from
+
+
+class Fine(NamedTuple):
+    """Sounds on the modes of a model, at fine shifts about their origins."""
+
+    starts: Starts
+    energy: np.ndarray
+    projections: np.ndarray
+    shifts: Shifts
 
 
 @fused
@@ -71,17 +82,43 @@ def fine_places(beside, most):
 
 
 @fused
-def starts_of(exponents, response, part, reach, sounds, guess, noise, prior, error):
-    """Fraction of their energy that sounds leave in the median at whole samples, and their starts.
+def fine_of(columns, modes, beside, part, starts):
+    """Sounds about their origins, on columns that begin `beside` samples before."""
+    basis = factor(columns, modes, fine_places(beside, part.close), part.lead + part.after)
+    count = len(starts.which)
+    energy, projections = np.empty(count), np.empty((count, 3, len(basis.places)))
+    project(starts.sounds, starts.which, starts.begins, basis, energy, projections)
+    shifts = Shifts(basis.grams, 1.0 / PARTS, degrees(part, modes))
+    return Fine(starts, energy, projections, shifts)
+
+
+@fused
+def about(exponents, response, part, starts):
+    """Sounds about their origins, by modes behind a filter."""
+    beside = math.ceil(part.close / PARTS)
+    first, last = -part.lead - beside, part.after + beside
+    modes, columns = step_modes(exponents, response, part.taps, first, last)
+    return fine_of(columns, modes, beside, part, starts)
+
+
+@fused
+def evidence_of(exponents, response, part, starts, noise, search):
+    """Result of `most_probable` for the same."""
+    fine = about(exponents, response, part, starts)
+    return most_probable(fine.projections, fine.energy, fine.shifts, noise, search)
+
+
+@fused
+def start_each(exponents, response, part, reach, sounds, guess, noise, prior, error):
+    """What is left of sounds at whole samples, in the median, and these about their starts.
 
     Whole shifts of at most `reach` from the guess of each are tried, the most probable of which
-    puts its start at the origin; `error` is the model's part of s. The fraction is that beyond the
+    puts its start at the origin; `error` is the model's part of s. A fraction is left, beyond the
     `noise` of a sample, and infinite if there are no sounds.
     """
     size, count = part.lead + part.after, 2 * reach + 1
-    modes, columns = step_modes(
-        exponents, response, part.taps, -part.lead - reach, part.after + reach
-    )
+    first, last = -part.lead - reach, part.after + reach
+    modes, columns = step_modes(exponents, response, part.taps, first, last)
     basis = factor(columns, modes, PARTS * (2 * reach - np.arange(count)), size)
     begins, which = np.empty(len(guess), np.int64), np.empty(len(guess), np.int64)
     begin_each(guess, part.lead + reach, sounds.shape[1] - size - 2 * reach, begins)
@@ -104,19 +141,5 @@ def starts_of(exponents, response, part, reach, sounds, guess, noise, prior, err
             which[there], begins[there] = which[i], begins[i] + shift[i] - reach
             there += 1
     most = centre_of(left, there) if there else np.inf
-    return most, Starts(sounds, which[:there], begins[:there])
-
-
-@fused
-def evidence_of(exponents, response, part, starts, noise, search):
-    """Result of `most_probable` for sounds about their origins, by modes behind a filter."""
-    beside = math.ceil(part.close / PARTS)
-    first, last = -part.lead - beside, part.after + beside
-    modes, columns = step_modes(exponents, response, part.taps, first, last)
-    places = fine_places(beside, part.close)
-    basis = factor(columns, modes, places, part.lead + part.after)
-    energy = np.empty(len(starts.which))
-    projections = np.empty((len(energy), 3, len(places)))
-    project(starts.sounds, starts.which, starts.begins, basis, energy, projections)
-    shifts = Shifts(basis.grams, 1.0 / PARTS, degrees(part, modes))
-    return most_probable(projections, energy, shifts, noise, search)
+    starts = Starts(sounds, which[:there], begins[:there])
+    return most, fine_of(columns, modes, reach, part, starts)

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._nearby import middle
+from ._candidate_kernels import Fine
 from ._edge import HIGH_PASS, NO_FILTER, causal, responses
 from ._shared_exponents import SharedExponents
-from ._shared_modes_fit import PRIORS, Behind, Fine, Model
+from ._shared_modes_fit import PRIORS, Behind, Model, loudest
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
@@ -73,10 +74,10 @@ def chosen_model(
     if first is None:
         return None
     model, bare = behind(first, responses()[0]), behind(first, NO_FILTER)
-    (left, starts), most = model.starts(sounds, guess), STRANGERS[0] * unlike
+    (left, near), most = model.starts(sounds, guess), STRANGERS[0] * unlike
     if left > most and bare.starts(sounds, guess)[0] > most:
         return None
-    near = model.about(starts)
+    starts = near.starts
 
     def leave_more(times: float) -> bool:
         """Whether modes leave too much, without a filter as well."""
@@ -85,7 +86,7 @@ def chosen_model(
 
     if leave_more(STRANGERS[1]):
         return None
-    loud = near.loudest(LOUD)
+    loud = loudest(near, LOUD)
     model.learn(loud, EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
     if leave_more(HOPELESS):

@@ -8,24 +8,25 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from .._nearby import middle
 from ._candidate_kernels import (
+    Fine,
     Part,
     Starts,
+    about,
     begin_each,
     degrees,
     evidence_of,
     fine_places,
-    starts_of,
+    start_each,
 )
 from ._edge_kernels import PARTS, REAL, step_modes
 from ._fit_kernels import Fit, fit_each, put_fits
 from ._misfit_kernels import misfit
-from ._mode_basis_kernels import Basis, factor, project
+from ._mode_basis_kernels import Basis, factor
 from ._shift_kernels import Search, Shifts, leave, most_probable
 
 FIT = (1.5e-3, 3e-3)  # [s] before and after the instant
@@ -43,19 +44,12 @@ COMPARED = 32  # sounds whose misfits are compared
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
-class Fine(NamedTuple):
-    """Sounds that start somewhere on the modes of a model, at fine shifts about their origins."""
-
-    starts: Starts
-    energy: np.ndarray
-    projections: np.ndarray
-
-    def loudest(self, most: int) -> Fine:
-        """The loudest of them."""
-        loud = np.sort(np.argsort(-self.energy, kind="stable")[:most])
-        sounds, which, begins = self.starts
-        starts = Starts(sounds, which[loud], begins[loud])
-        return Fine(starts, self.energy[loud], self.projections[loud])
+def loudest(held: Fine, most: int) -> Fine:
+    """The loudest of some sounds."""
+    loud = np.sort(np.argsort(-held.energy, kind="stable")[:most])
+    sounds, which, begins = held.starts
+    starts = Starts(sounds, which[loud], begins[loud])
+    return Fine(starts, held.energy[loud], held.projections[loud], held.shifts)
 
 
 @dataclass
@@ -96,11 +90,6 @@ class Model:
         """That at the shifts that a fit tries."""
         return self._at(fine_places(self.reach, self.part.near))
 
-    @functools.cached_property
-    def close(self) -> Basis:
-        """That at those by which models learn and are compared."""
-        return self._at(fine_places(self.reach, self.part.close))
-
     def _at(self, places: np.ndarray) -> Basis:
         modes, columns = self.columns
         return factor(columns, modes, places, self.part.lead + self.part.after)
@@ -126,7 +115,8 @@ class Model:
         """Result of `fit_each`."""
         found = np.empty((len(guess), 5))
         begins = np.zeros(len(guess), np.int64) if begins is None else begins
-        floor, shifts = (self.noise, self.error), self._shifts(self.fine)
+        floor = self.noise, self.error
+        shifts = Shifts(self.fine.grams, 1.0 / PARTS, self.freedom)
         fit = Fit(self.part.lead, self.whole, self.fine, shifts, floor, self.prior)
         fit_each(sounds, begins, guess, fit, found)
         return found
@@ -150,10 +140,6 @@ class Model:
         if math.isfinite(known):
             self.misfit = OWN * known
 
-    def _shifts(self, basis: Basis) -> Shifts:
-        """Fine shifts of this basis."""
-        return Shifts(basis.grams, 1.0 / PARTS, self.freedom)
-
     @property
     def width(self) -> int:
         """Samples that a fit may need."""
@@ -165,35 +151,34 @@ class Model:
         begin_each(guess, self.part.lead + self.reach, length - self.width, begins)
         return begins
 
-    def starts(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[float, Starts]:
-        """What it leaves of sounds that start near a guess, about as `left`, and where they start.
+    def starts(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[float, Fine]:
+        """Sounds that start near a guess, about their origins.
 
-        As if all started at whole samples.
+        And what it leaves of them, as `left`, if all started at whole samples.
         """
         given = self.exponents, self.response, self.part, self.reach, sounds, guess
-        return starts_of(*given, self.noise, self.prior, self.error)
+        left, held = start_each(*given, self.noise, self.prior, self.error)
+        return left, held
 
     def about(self, starts: Starts) -> Fine:
-        """Sounds about their origins."""
-        count = len(starts.which)
-        energy, projections = np.empty(count), np.empty((count, 3, len(self.close.places)))
-        project(*starts, self.close, energy, projections)
-        return Fine(starts, energy, projections)
+        """Sounds about origins that another model has found."""
+        held: Fine = about(self.exponents, self.response, self.part, starts)
+        return held
 
     def left(self, held: Fine) -> float:
         """Fraction of the energy that the model leaves in the median; infinite if it fits none."""
         energy, floor = held.energy, (self.noise, self.error)
         if not len(energy):
             return np.inf
-        left, grams = np.empty(len(energy)), self.close.grams
-        leave(held.projections, energy, grams, floor, self.freedom, self.prior, left)
-        return middle(left - self.freedom * self.noise / energy)
+        left, (grams, _, freedom) = np.empty(len(energy)), held.shifts
+        leave(held.projections, energy, grams, floor, freedom, self.prior, left)
+        return middle(left - freedom * self.noise / energy)
 
     def learn(self, held: Fine, least: float) -> None:
         """Set the prior and the error that make the sounds most probable."""
         if len(held.energy) >= LEAST:
-            search, shifts = self._search(least), self._shifts(self.close)
-            self._learned(most_probable(held.projections, held.energy, shifts, self.noise, search))
+            given = held.projections, held.energy, held.shifts, self.noise
+            self._learned(most_probable(*given, self._search(least)))
 
     def learn_from(self, starts: Starts, least: float, beaten: float = -np.inf) -> None:
         """The same from sounds about their origins.
@@ -219,8 +204,8 @@ class Model:
     def settle(self, held: Fine, least: float) -> None:
         """Set the error that makes sounds most probable with the prior that it has."""
         search = Search(np.array([self.prior]), 0, FIRST_ERROR, least, -np.inf)
-        shifts = self._shifts(self.close)
-        _, _, self.error = most_probable(held.projections, held.energy, shifts, self.noise, search)
+        given = held.projections, held.energy, held.shifts, self.noise
+        _, _, self.error = most_probable(*given, search)
 
 
 class Behind:
