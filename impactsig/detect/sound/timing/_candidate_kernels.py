@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...signal.order_kernels import centre_of
-from .._lane_kernels import fused
+from ...signal.order_kernels import centre_of, put_in_order
+from .._lane_kernels import fused, sum_of_squares
 from ._edge_kernels import PARTS, step_modes
 from ._mode_basis_kernels import factor, project
 from ._shift_kernels import Search, Shifts, leave, most_probable, place
@@ -109,9 +109,10 @@ def evidence_of(exponents, response, part, starts, noise, search):
 
 
 @fused
-def start_each(exponents, response, part, reach, sounds, guess, noise, prior, error):
+def start_each(exponents, response, part, reach, sounds, guess, most, noise, prior, error):
     """What is left of sounds at whole samples, in the median, and these about their starts.
 
+    Of more than `most` the loudest where they are guessed to start count.
     Whole shifts of at most `reach` from the guess of each are tried, the most probable of which
     puts its start at the origin; `error` is the model's part of s. A fraction is left, beyond the
     `noise` of a sample, and infinite if there are no sounds.
@@ -128,6 +129,14 @@ def start_each(exponents, response, part, reach, sounds, guess, noise, prior, er
             which[some], begins[some] = i, begins[i] + reach
             some += 1
     which, begins, energy = which[:some], begins[:some], np.empty(some)
+    if some > most:
+        for i in range(some):
+            own = sounds[which[i], begins[i] : begins[i] + size]
+            energy[i] = -sum_of_squares(own)
+        order = np.empty(some, np.int64)
+        put_in_order(energy, order, np.empty(some, np.int64))
+        some, loudest = most, np.sort(order[:most])
+        which, begins, energy = which[loudest], begins[loudest], energy[:some]
     projections = np.empty((some, 3, count))
     project(sounds, which, begins, basis, energy, projections)
     shift, beyond, left = np.empty(some, np.int64), np.empty(some), np.empty(some)
@@ -140,6 +149,6 @@ def start_each(exponents, response, part, reach, sounds, guess, noise, prior, er
             left[there] = left[i] - freedom * noise / energy[i]
             which[there], begins[there] = which[i], begins[i] + shift[i] - reach
             there += 1
-    most = centre_of(left, there) if there else np.inf
+    middle = centre_of(left, there) if there else np.inf
     starts = Starts(sounds, which[:there], begins[:there])
-    return most, fine_of(columns, modes, reach, part, starts)
+    return middle, fine_of(columns, modes, reach, part, starts)

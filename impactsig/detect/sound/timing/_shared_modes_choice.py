@@ -15,7 +15,7 @@ from .._nearby import middle
 from ._candidate_kernels import Fine
 from ._edge import HIGH_PASS, NO_FILTER, causal, responses
 from ._shared_exponents import SharedExponents
-from ._shared_modes_fit import PRIORS, Behind, Model, loudest
+from ._shared_modes_fit import PRIORS, Behind, Model
 
 DOUBT, CERTAIN = 4.0, 20.0  # by which sounds without a filter must be, and are, more probable
 HOPELESS = 2.0  # times what modes may leave, which no other filter mends
@@ -74,19 +74,17 @@ def chosen_model(
     if first is None:
         return None
     model, bare = behind(first, responses()[0]), behind(first, NO_FILTER)
-    (left, near), most = model.starts(sounds, guess), STRANGERS[0] * unlike
-    if left > most and bare.starts(sounds, guess)[0] > most:
+    (left, loud), most = model.starts(sounds, guess, LOUD), STRANGERS[0] * unlike
+    if left > most and bare.starts(sounds, guess, LOUD)[0] > most:
         return None
-    starts = near.starts
 
     def leave_more(times: float) -> bool:
         """Whether modes leave too much, without a filter as well."""
         most = times * unlike
-        return model.left(near) > most and bare.left(bare.about(starts)) > most
+        return model.left(loud) > most and bare.left(bare.about(loud.starts)) > most
 
     if leave_more(STRANGERS[1]):
         return None
-    loud = loudest(near, LOUD)
     model.learn(loud, EXACT)
     # Modes that start at once leave as much whatever their prior and error are.
     if leave_more(HOPELESS):
@@ -98,14 +96,15 @@ def chosen_model(
     # If the loud sounds are, then all of them are less probable without a filter as well, or by
     # less than DOUBT more.
     sure = max(map(_evidence, others)) < model.evidence
+    every, by_all = loud, model.evidence
     if not sure:
-        by_all = model.evidence
-        if len(near.energy) > len(loud.energy):
+        if len(sounds) > LOUD:
+            _, every = model.starts(sounds, guess, len(sounds))
             again = copy.copy(model)
-            again.learn(near, EXACT)
+            again.learn(every, EXACT)
             by_all = again.evidence
             for other in others:
-                other.learn_from(starts, EXACT)
+                other.learn_from(every.starts, EXACT)
         if by_all < others[0].evidence - CERTAIN:
             return None
     best = _most_probable(compared, shared)
@@ -114,14 +113,12 @@ def chosen_model(
     if not sure and by_all <= enough:
         if best is model:
             return None
-        best.learn_from(starts, EXACT)
+        best.learn_from(every.starts, EXACT)
         if best.evidence <= enough:
             return None
     # In noise by far greater than the least error, neither it nor the prior changes.
     if max(compared.own, best.error) < QUIET * ROUGH:
-        best.learn(best.about(starts), ROUGH)
-    elif len(near.energy) > len(loud.energy):
-        best.settle(best.about(starts), ROUGH)
+        best.learn(best.about(every.starts), ROUGH)
     best.error = max(best.error, ROUGH)
     return best
 

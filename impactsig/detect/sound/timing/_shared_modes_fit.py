@@ -44,14 +44,6 @@ COMPARED = 32  # sounds whose misfits are compared
 OWN = 0.75  # of the misfit of others along the change by a shift, that counts for a sound
 
 
-def loudest(held: Fine, most: int) -> Fine:
-    """The loudest of some sounds."""
-    loud = np.sort(np.argsort(-held.energy, kind="stable")[:most])
-    sounds, which, begins = held.starts
-    starts = Starts(sounds, which[loud], begins[loud])
-    return Fine(starts, held.energy[loud], held.projections[loud], held.shifts)
-
-
 @dataclass
 class Model:
     """Modes that start behind a filter, at shifts of 1 / PARTS samples about 0."""
@@ -151,12 +143,12 @@ class Model:
         begin_each(guess, self.part.lead + self.reach, length - self.width, begins)
         return begins
 
-    def starts(self, sounds: np.ndarray, guess: np.ndarray) -> tuple[float, Fine]:
-        """Sounds that start near a guess, about their origins.
+    def starts(self, sounds: np.ndarray, guess: np.ndarray, most: int) -> tuple[float, Fine]:
+        """So many of the loudest sounds that start near a guess, about their origins.
 
         And what it leaves of them, as `left`, if all started at whole samples.
         """
-        given = self.exponents, self.response, self.part, self.reach, sounds, guess
+        given = self.exponents, self.response, self.part, self.reach, sounds, guess, most
         left, held = start_each(*given, self.noise, self.prior, self.error)
         return left, held
 
@@ -200,12 +192,6 @@ class Model:
     def _learned(self, found: tuple[float, float, float]) -> None:
         self.evidence, impulse, self.error = found
         self.prior = impulse, impulse * SLOPE_PRIOR
-
-    def settle(self, held: Fine, least: float) -> None:
-        """Set the error that makes sounds most probable with the prior that it has."""
-        search = Search(np.array([self.prior]), 0, FIRST_ERROR, least, -np.inf)
-        given = held.projections, held.energy, held.shifts, self.noise
-        _, _, self.error = most_probable(*given, search)
 
 
 class Behind:
