@@ -389,13 +389,14 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
         first = int(np.rint(instant)) - lead
         part = sound[first : first + size]
         shift = int(np.rint(PARTS * (instant - first - lead)))
-        fitted = []
-        for one in (shift - 1, shift, shift + 1):
-            columns = modes[:, PARTS * (60 - lead + np.arange(size)) - one].T
-            fitted.append((columns, columns @ np.linalg.lstsq(columns, part)[0]))
-        moved, columns = fitted[2][1] - fitted[0][1], fitted[1][0]
+        sooner, columns, later = (
+            modes[:, PARTS * (60 - lead + np.arange(size)) - one].T
+            for one in (shift - 1, shift, shift + 1)
+        )
+        amplitudes = np.linalg.lstsq(columns, part)[0]
+        moved = (later - sooner) @ amplitudes
         moved -= columns @ np.linalg.lstsq(columns, moved)[0]
-        left.append((part - fitted[1][1]) / np.linalg.norm(part))
+        left.append((part - columns @ amplitudes) / np.linalg.norm(part))
         change.append(moved / np.linalg.norm(moved))
     squares = (np.array(change) @ np.array(left).T) ** 2
     np.fill_diagonal(squares, 0.0)

@@ -105,11 +105,12 @@ def test_silence_has_no_power():
 def test_what_a_model_makes_of_a_sound_is_a_penalised_least_squares_fit():
     rng, values = random_rows(9, 6)
     basis, error, prior = factor(columns_of(values), 6, PLACES, SIZE), 1e-2, (0.5, 0.2)
-    sound, out = rng.standard_normal(SIZE), np.empty(SIZE)
+    sound, out, found = rng.standard_normal(SIZE), np.empty(SIZE), np.empty(8)
     for j, place in enumerate(PLACES):
-        fit_at(sound, error, prior, basis, j, out)
+        fit_at(sound, error, prior, basis, j, found, out)
         rows = rows_of(values, place)
         penalty = np.zeros((8, 8))
         penalty[6, 6], penalty[7, 7] = error / prior[0], error / prior[1]
         amplitudes = np.linalg.solve(rows @ rows.T + penalty, rows @ sound)
+        assert found == pytest.approx(amplitudes, abs=1e-11)
         assert out == pytest.approx(rows.T @ amplitudes, abs=1e-11)

@@ -55,34 +55,38 @@ def leave_and_change(sound, place, error, prior, basis, left, change):
     Both are for a sound of energy 1, fitted at the fine shift nearest to the place; `error` is its
     s. Of the change, what other amplitudes would do as well is taken off, and its size is 1.
     """
-    middle, later, fitted = len(basis.places) // 2, np.empty(len(left)), np.empty(len(left))
+    rows, middle, size = basis.modes + 2, len(basis.places) // 2, len(left)
     at = min(max(middle + math.floor(place + 0.5), 1), len(basis.places) - 2)
-    scale = 1.0 / math.sqrt(product(sound, sound))
-    for k in range(len(left)):
+    scale, amplitudes, fitted = (
+        1.0 / math.sqrt(product(sound, sound)),
+        np.empty(rows),
+        np.empty(size),
+    )
+    for k in range(size):
         left[k] = scale * sound[k]
-    fit_at(left, error, prior, basis, at - 1, change)
-    fit_at(left, error, prior, basis, at + 1, later)
-    fit_at(left, error, prior, basis, at, fitted)
-    for k in range(len(left)):
-        change[k] = later[k] - change[k]
+    fit_at(left, error, prior, basis, at, amplitudes, fitted)
+    change[:] = 0.0
+    for c in range(rows):
+        later, sooner = basis.places[at + 1], basis.places[at - 1]
+        add_times(amplitudes[c], basis.columns[later % PARTS, c, later // PARTS :], change)
+        add_times(-amplitudes[c], basis.columns[sooner % PARTS, c, sooner // PARTS :], change)
+    for k in range(size):
         left[k] -= fitted[k]
-    fit_at(change, error, prior, basis, at, fitted)
-    for k in range(len(left)):
+    fit_at(change, error, prior, basis, at, amplitudes, fitted)
+    for k in range(size):
         change[k] -= fitted[k]
     square = product(change, change)
     scale = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
-    for k in range(len(left)):
+    for k in range(size):
         change[k] *= scale
 
 
 @reordered
-def fit_at(sound, error, prior, basis, j, out):
-    """What the model makes of a sound of energy 1 at shift j."""
+def fit_at(sound, error, prior, basis, j, amplitudes, out):
+    """What the model makes of a sound of energy 1 at shift j, and amplitudes of its columns."""
     modes, factors, gram = basis.modes, basis.factors[:, :, j], basis.grams[:, j]
-    parts = len(basis.columns)
-    values, begin = basis.columns[basis.places[j] % parts], basis.places[j] // parts
-    amplitudes = np.empty(modes + 2)  # of Q and K, and then of the columns
-    for c in range(modes + 2):
+    values, begin = basis.columns[basis.places[j] % PARTS], basis.places[j] // PARTS
+    for c in range(modes + 2):  # first those of Q and K
         total = product(sound, values[c, begin:])
         for d in range(min(c, modes)):
             total -= factors[c, d] * amplitudes[d]
@@ -99,11 +103,11 @@ def fit_at(sound, error, prior, basis, j, out):
             for d in range(c + 1, modes + 2):
                 total -= factors[d, c] * amplitudes[d]
             amplitudes[c] = total * factors[c, c]
-        add_times(amplitudes[c], values[c, begin : begin + len(out)], out)
+        add_times(amplitudes[c], values[c, begin:], out)
 
 
 @reordered
 def add_times(factor, other, row):
-    """Add so many times the other to a row."""
+    """Add so many times the begin of the other to a row."""
     for k in range(len(row)):
         row[k] += factor * other[k]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._lane_kernels import fused, reordered
-from ._edge_kernels import LANE, SIDE
+from ._edge_kernels import LANE, PARTS, SIDE
 
 DEPENDENT = 1e-10  # of the greatest square of a column, up to which what others leave is nothing
 
@@ -61,11 +61,11 @@ def factor(columns, modes, places, size):
 @reordered
 def put_products(columns, places, size, out):
     """Products of any two columns at each place, out[c, d, j] with d <= c."""
-    parts, rows = len(columns), len(out)
-    products, last = np.empty((parts, rows, rows)), np.full(parts, -1)
+    rows = len(out)
+    products, last = np.empty((PARTS, rows, rows)), np.full(PARTS, -1)
     enters, leaves = np.empty(rows), np.empty(rows)
     for j in range(len(places)):
-        part, first = places[j] % parts, places[j] // parts
+        part, first = places[j] % PARTS, places[j] // PARTS
         own, values = products[part], columns[part]
         follows = last[part] == first + 1
         for c in range(rows):
@@ -144,18 +144,14 @@ def project(sounds, which, first, basis, energy, projections):
 @fused
 def put_sums(block, columns, places, out):
     """Products of SIDE sounds of a block with each column at each place, out[i, c, j]."""
-    parts, sums = len(columns), np.empty((SIDE, SIDE))
     for j in range(len(places)):
-        values, first = columns[places[j] % parts], places[j] // parts
+        values, first = columns[places[j] % PARTS], places[j] // PARTS
         for c in range(0, len(values), SIDE):
-            add_up(block, values, c, first, sums)
-            for i in range(SIDE):
-                for row in range(SIDE):
-                    out[i, c + row, j] = sums[i, row]
+            add_up(block, values, c, first, j, out)
 
 
 @reordered
-def add_up(sounds, columns, row, first, out):
+def add_up(sounds, columns, row, first, j, out):
     """Products of SIDE sounds with as many columns from a row on."""
     p, q, r, s = sounds[0], sounds[1], sounds[2], sounds[3]
     a, b = columns[row, first:], columns[row + 1, first:]
@@ -167,7 +163,11 @@ def add_up(sounds, columns, row, first, out):
         qa, qb, qc, qd = qa + q[k] * w, qb + q[k] * x, qc + q[k] * y, qd + q[k] * z
         ra, rb, rc, rd = ra + r[k] * w, rb + r[k] * x, rc + r[k] * y, rd + r[k] * z
         sa, sb, sc, sd = sa + s[k] * w, sb + s[k] * x, sc + s[k] * y, sd + s[k] * z
-    out[0, 0], out[0, 1], out[0, 2], out[0, 3] = pa, pb, pc, pd
-    out[1, 0], out[1, 1], out[1, 2], out[1, 3] = qa, qb, qc, qd
-    out[2, 0], out[2, 1], out[2, 2], out[2, 3] = ra, rb, rc, rd
-    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = sa, sb, sc, sd
+    o = out[0]
+    o[row, j], o[row + 1, j], o[row + 2, j], o[row + 3, j] = pa, pb, pc, pd
+    o = out[1]
+    o[row, j], o[row + 1, j], o[row + 2, j], o[row + 3, j] = qa, qb, qc, qd
+    o = out[2]
+    o[row, j], o[row + 1, j], o[row + 2, j], o[row + 3, j] = ra, rb, rc, rd
+    o = out[3]
+    o[row, j], o[row + 1, j], o[row + 2, j], o[row + 3, j] = sa, sb, sc, sd
