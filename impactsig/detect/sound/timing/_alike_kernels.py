@@ -165,50 +165,62 @@ def lay_over(sounds, expected, lengths, clear, colour, misfit, shifts, taper, we
     place of the wave, scaled to the wave's sum; a response contains `colour` times white noise of
     its power. Sounds differ from the wave by `misfit` of its square in any one direction.
     """
-    first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
-    quiet = first - far
-    total = weight.sum()
-    middle = shifts[ROWS // 2]
-    energy = 0.0
+    weighted, energy, room = weighted_waves(lengths, shifts, taper)
+    for i in range(len(sounds)):
+        place, spread = expected[i]
+        known = place, spread, clear, colour, misfit
+        lay_one(sounds[i], known, lengths, shifts, weighted, energy, weight, room, out[i])
+
+
+@fused
+def weighted_waves(lengths, shifts, taper):
+    """Waves at the shifts tried first, weighted, the energy of one, and room for `lay_one`."""
+    middle, energy = shifts[ROWS // 2], 0.0
     for k in range(len(middle)):
         energy += (taper[k] * middle[k]) ** 2
-    weighted = np.empty((lengths.parts, shifts.shape[1]))
+    weighted = np.empty((lengths.parts, len(middle)))
     for row in range(lengths.parts):
         move = (row - (lengths.parts - 1) // 2) * SHIFTS // lengths.parts
         moved = shifts[ROWS // 2 + move]
         for k in range(len(moved)):
             weighted[row, k] = taper[k] * moved[k]
-    sums, after = np.empty((4, 2 * (far // stride) + 1)), np.empty(2 * far + 1)
-    end = first + len(middle) - len(middle) // 6  # the taper is at a half there
+    far, stride = lengths.far, lengths.stride
+    return weighted, energy, (np.empty((4, 2 * (far // stride) + 1)), np.empty(2 * far + 1))
+
+
+@fused
+def lay_one(y, known, lengths, shifts, weighted, energy, weight, room, out):
+    """What `lay_over` does with one sound."""
+    first, reach, far, stride = lengths.first, lengths.reach, lengths.far, lengths.stride
+    (place, spread, clear, colour, misfit), (sums, after) = known, room
+    quiet, total, size = first - far, weight.sum(), shifts.shape[1]
+    end = first + size - size // 6  # the taper is at a half there
     tail = TAIL * energy if clear > 0.0 else 0.0  # the end of a wave being learned is uncertain
-    for i in range(len(sounds)):
-        y = sounds[i]
-        noise = sum_of_squares(y[:quiet]) * (total / quiet)
-        shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
-        if clear > 0.0:
-            response = respond(y, first, reach, stride, weighted, sums)
-            start = coarse_shift(y, first, reach, stride, weighted, response)
-            shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-        if not (np.isfinite(shift) and left <= clear * own):
-            response = respond(y, first, far, stride, weighted, sums)
-            start = coarse_shift(y, first, far, stride, weighted, response)
-            shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-            # At the wrong shift noise is taken for sound, and less than there is of it is left.
-            sample = max(left, noise) / total
-            power = UNSURE * energy * (colour * sample + misfit * factor * factor)
-            if np.isfinite(shift) and power > 0.0:
-                place, spread = expected[i]
-                after[2 * far], least = 0.0, min(left, noise) / total
-                for k in range(2 * far - 1, -1, -1):
-                    here = y[end - far + k]
-                    after[k] = after[k + 1] + tail * (here * here - least)
-                start, beyond = likeliest(
-                    response, after, far, stride, len(weighted), power, place, spread
-                )
-                if abs(start - shift) > 1.0:
-                    shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = shift, factor, left, own
-        out[i, 4], out[i, 5] = noise, beyond
+    noise = sum_of_squares(y[:quiet]) * (total / quiet)
+    shift, factor, left, own, beyond = np.nan, 0.0, 0.0, 0.0, 0.0
+    if clear > 0.0:
+        response = respond(y, first, reach, stride, weighted, sums)
+        start = coarse_shift(y, first, reach, stride, weighted, response)
+        shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+    if not (np.isfinite(shift) and left <= clear * own):
+        response = respond(y, first, far, stride, weighted, sums)
+        start = coarse_shift(y, first, far, stride, weighted, response)
+        shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+        # At the wrong shift noise is taken for sound, and less than there is of it is left.
+        sample = max(left, noise) / total
+        power = UNSURE * energy * (colour * sample + misfit * factor * factor)
+        if np.isfinite(shift) and power > 0.0:
+            after[2 * far], least = 0.0, min(left, noise) / total
+            for k in range(2 * far - 1, -1, -1):
+                here = y[end - far + k]
+                after[k] = after[k + 1] + tail * (here * here - least)
+            start, beyond = likeliest(
+                response, after, far, stride, len(weighted), power, place, spread
+            )
+            if abs(start - shift) > 1.0:
+                shift, factor, left, own = fit_shift(y, first, far, start, shifts, weight)
+    out[0], out[1], out[2], out[3] = shift, factor, left, own
+    out[4], out[5] = noise, beyond
 
 
 @fused
@@ -244,21 +256,20 @@ def most_alike(sounds, lengths, taps, taper, weight):
     A sound is left as soon as it cannot come up to that.
     """
     best, most = -1, -(-len(sounds) // 2) - 1
-    anywhere, laid = np.empty((1, 2)), np.empty((1, 6))
-    anywhere[0, 0], anywhere[0, 1] = 0.0, np.inf  # where they agree is to be seen
+    anywhere, laid = (0.0, np.inf, 0.0, 1.0, 0.0), np.empty(6)  # where they agree is to be seen
     shifts = np.empty((ROWS, lengths.size))
     first = lengths.first - lengths.pad
     for leader in range(len(sounds)):
         wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
         shift_wave(wave, lengths.pad, taps, shifts)
-        count = len(sounds)
+        weighted, energy, room = weighted_waves(lengths, shifts, taper)
+        count = len(sounds) if energy > 0.0 else 0
         for i in range(len(sounds)):
             if count <= most:
                 break
-            own = sounds[i : i + 1]
-            lay_over(own, anywhere, lengths, 0.0, 1.0, 0.0, shifts, taper, weight, laid)
-            if not is_alike(laid[0]):
-                count -= 1
+            if i != leader:
+                lay_one(sounds[i], anywhere, lengths, shifts, weighted, energy, weight, room, laid)
+                count -= not is_alike(laid)
         if count > most:
             best, most = leader, count
         if most == len(sounds):
