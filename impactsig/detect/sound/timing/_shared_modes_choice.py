@@ -91,8 +91,11 @@ def chosen_model(
         return None
     compared = _Comparison(behind, model, loud)
     others = [compared.learned(first, NO_FILTER)]
-    while not compared.complete(others[-1]) and len(others) <= len(shared.weaker):
-        others.append(compared.learned(shared.weaker[len(others) - 1], NO_FILTER))
+    if not (compared.complete(model) or compared.complete(others[0])):
+        for exponents in shared.weaker:
+            others.append(compared.learned(exponents, NO_FILTER))
+            if compared.complete(others[-1]):
+                break
     # If the loud sounds are, then all of them are less probable without a filter as well, or by
     # less than DOUBT more.
     sure = max(map(_evidence, others)) < model.evidence
