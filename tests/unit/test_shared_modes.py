@@ -360,13 +360,13 @@ def test_the_shift_of_a_sound_without_noise_is_recovered(response):
     places = PARTS * np.arange(20, 120) - shifts[:, None]
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((20, len(modes))), modes[:, places])
     for sign in (1.0, -1e-3):
-        fits = model.fit(sign * sounds, np.full(20, 40.0))
+        fits = model.fit(sign * sounds, np.full(20, 40.0), np.zeros(20, int))
         # Between two shifts of the model it interpolates.
         assert np.abs(fits[:, 0] - 40.0 - shifts / PARTS).max() < 0.6 / PARTS
         assert (np.abs(fits[:, 2]) < 1e-9).all()
     model.noise = 1.0  # beside which half of them are nothing
     sounds[::2] *= 1e-158
-    fits = model.fit(1e3 * sounds, np.full(20, 40.0))
+    fits = model.fit(1e3 * sounds, np.full(20, 40.0), np.zeros(20, int))
     assert np.isnan(fits[::2]).all()
     assert np.isfinite(fits[1::2]).all()
 
@@ -381,9 +381,9 @@ def test_the_misfit_of_a_model_is_what_others_leave_along_a_shift():
     sounds = np.einsum("ij,jik->ik", rng.standard_normal((24, 4)), truth[:, places])
     model = model_of(EXPONENTS[:1], response, taps, 1e-12)  # one of the two
     model.prior, model.error = (1e-12, 1e-12), 1e-3
-    model.fit_first(sounds, np.full(24, 40.0), 1.0)
+    model.fit_first(sounds, np.full(24, 40.0), None, 1.0)
     modes, _ = apart(EXPONENTS[:1], response, taps, -60, 80)
-    fits, left, change = model.fit(sounds, np.full(24, 40.0)), [], []
+    fits, left, change = model.fit(sounds, np.full(24, 40.0), np.zeros(24, int)), [], []
     size, lead = model.fine.size, model.part.lead
     for sound, instant in zip(sounds, fits[:, 0], strict=True):
         first = int(np.rint(instant)) - lead

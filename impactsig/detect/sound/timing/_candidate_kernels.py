@@ -44,6 +44,7 @@ class Starts(NamedTuple):
     sounds: np.ndarray
     which: np.ndarray  # of them
     begins: np.ndarray  # sample of each that fine shifts count from
+    beyond: np.ndarray  # variance of the instant by starts that are too far away for these
 
 
 class Fine(NamedTuple):
@@ -148,7 +149,8 @@ def start_each(exponents, response, part, reach, sounds, guess, most, noise, pri
         if shift[i] >= 0:
             left[there] = left[i] - freedom * noise / energy[i]
             which[there], begins[there] = which[i], begins[i] + shift[i] - reach
+            beyond[there] = beyond[i]
             there += 1
     middle = centre_of(left, there) if there else np.inf
-    starts = Starts(sounds, which[:there], begins[:there])
+    starts = Starts(sounds, which[:there], begins[:there], beyond[:there])
     return middle, fine_of(columns, modes, reach, part, starts)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._nearby import middle
-from ._candidate_kernels import Fine
+from ._candidate_kernels import Fine, Starts
 from ._edge import HIGH_PASS, NO_FILTER, causal, responses
 from ._shared_exponents import SharedExponents
 from ._shared_modes_fit import PRIORS, Behind, Model
@@ -64,11 +64,12 @@ def chosen_model(
     guess: np.ndarray,
     behind: Behind,
     unlike: float,
-) -> Model | None:
+) -> tuple[Model, Starts | None] | None:
     """The model with the filter under which the loudest of the sounds are most probable.
 
-    None if they share no modes, or are more probable without any filter. `unlike` is the share of
-    the energy that the modes of sounds that share them leave at most.
+    And where all of them start, if that is known. None if they share no modes, or are more probable
+    without any filter. `unlike` is the share of the energy that the modes of sounds that share them
+    leave at most.
     """
     first = shared.first
     if first is None:
@@ -123,7 +124,9 @@ def chosen_model(
     if max(compared.own, best.error) < QUIET * ROUGH:
         best.learn(best.about(every.starts), ROUGH)
     best.error = max(best.error, ROUGH)
-    return best
+    # Beside what such an impulse stands for, starts by another model may be wrong.
+    known = len(sounds) <= LOUD and best.prior[0] < PRIORS[0]
+    return best, loud.starts if known else None
 
 
 def _most_probable(compared: _Comparison, shared: SharedExponents) -> Model:

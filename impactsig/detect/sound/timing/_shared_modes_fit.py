@@ -24,7 +24,7 @@ from ._candidate_kernels import (
     start_each,
 )
 from ._edge_kernels import PARTS, REAL, step_modes
-from ._fit_kernels import Fit, fit_each, put_fits
+from ._fit_kernels import Fit, fit_each, put_fits, seek_each
 from ._misfit_kernels import misfit
 from ._mode_basis_kernels import Basis, factor
 from ._shift_kernels import Search, Shifts, leave, most_probable
@@ -86,32 +86,51 @@ class Model:
         modes, columns = self.columns
         return factor(columns, modes, places, self.part.lead + self.part.after)
 
-    def fit(
-        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
-    ) -> np.ndarray:
+    def fit(self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray) -> np.ndarray:
         """Instant, standard error [samples] and residual fraction of each sound; NaN if cut off.
 
         The share is that beyond noise. Instants count from so many samples before a sound `begins`.
         """
-        return self._fits(self._found(sounds, guess, begins))
+        return self._fits(self._found(sounds, begins, *self._origins(sounds, guess, begins)))
 
-    def fit_first(self, sounds: np.ndarray, guess: np.ndarray, most: float) -> np.ndarray:
-        """The same of the first sounds. By those of which at most so much is left, the misfit."""
-        found = self._found(sounds, guess)
+    def fit_first(
+        self, sounds: np.ndarray, guess: np.ndarray, starts: Starts | None, most: float
+    ) -> np.ndarray:
+        """The same of the first sounds, of which all that start somewhere may be known.
+
+        By those of which at most a fraction of `most` is left it learns the misfit.
+        """
+        begins = np.zeros(len(sounds), np.int64)
+        if starts is None:
+            origin, beyond = self._origins(sounds, guess, begins)
+        else:
+            origin, beyond = np.full(len(sounds), -1), np.zeros(len(sounds))
+            origin[starts.which], beyond[starts.which] = starts.begins, starts.beyond
+        found = self._found(sounds, begins, origin, beyond)
         self._compare(sounds, found, most)
         return self._fits(found)
 
+    def _origins(
+        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Result of `seek_each`."""
+        origin, beyond = np.empty(len(guess), np.int64), np.empty(len(guess))
+        near = self.part.near // PARTS
+        seek_each(sounds, begins, guess, self.whole, near, self._fit, origin, beyond)
+        return origin, beyond
+
     def _found(
-        self, sounds: np.ndarray, guess: np.ndarray, begins: np.ndarray | None = None
+        self, sounds: np.ndarray, begins: np.ndarray, origin: np.ndarray, beyond: np.ndarray
     ) -> np.ndarray:
         """Result of `fit_each`."""
-        found = np.empty((len(guess), 5))
-        begins = np.zeros(len(guess), np.int64) if begins is None else begins
-        floor = self.noise, self.error
-        shifts = Shifts(self.fine.grams, 1.0 / PARTS, self.freedom)
-        fit = Fit(self.part.lead, self.whole, self.fine, shifts, floor, self.prior)
-        fit_each(sounds, begins, guess, fit, found)
+        found, fine = np.empty((len(origin), 5)), self.fine
+        shifts = Shifts(fine.grams, 1.0 / PARTS, self.freedom)
+        fit_each(sounds, begins, origin, beyond, fine, shifts, self._fit, found)
         return found
+
+    @property
+    def _fit(self) -> Fit:
+        return Fit(self.part.lead, (self.noise, self.error), self.prior)
 
     def _fits(self, found: np.ndarray) -> np.ndarray:
         fits = np.empty((len(found), 3))

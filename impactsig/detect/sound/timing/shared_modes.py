@@ -208,10 +208,11 @@ class SharedModes:
         few, noise = slice(len(plain)), self._noise(sounds)
         behind = Behind(self.white, passed(self.rate), self.rate, noise)
         shared = SharedExponents(rings, noise)
-        model = chosen_model(shared, sounds[few], guess[few], behind, UNLIKE)
-        if model is None:
+        chosen = chosen_model(shared, sounds[few], guess[few], behind, UNLIKE)
+        if chosen is None:
             return None
-        fits = model.fit_first(sounds, guess, STRANGE)
+        model, starts = chosen
+        fits = model.fit_first(sounds, guess, starts, STRANGE)
         instant, _, left = fits.T
         fitted = np.isfinite(instant)
         if fitted.sum() >= LEAST and middle(left[fitted]) <= UNLIKE:
