@@ -5,7 +5,6 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass
 
@@ -97,36 +96,24 @@ def chosen_model(
             others.append(compared.learned(exponents, NO_FILTER))
             if compared.complete(others[-1]):
                 break
-    # If the loud sounds are, then all of them are less probable without a filter as well, or by
-    # less than DOUBT more.
-    sure = max(map(_evidence, others)) < model.evidence
-    every, by_all = loud, model.evidence
-    if not sure:
+    if model.evidence < others[0].evidence - CERTAIN:
+        return None
+    best, every = _most_probable(compared, shared), loud
+    # If the loud sounds are, then all are more probable as well, or by less than DOUBT less.
+    if best.evidence <= max(map(_evidence, others)):
         if len(sounds) > LOUD:
             _, every = model.starts(sounds, guess, len(sounds))
-            again = copy.copy(model)
-            again.learn(every, EXACT)
-            by_all = again.evidence
-            for other in others:
-                other.learn_from(every.starts, EXACT)
-        if by_all < others[0].evidence - CERTAIN:
-            return None
-    best = _most_probable(compared, shared)
-    # What is as probable as a model that is probable enough needs no further proof.
-    enough = max(map(_evidence, others)) - DOUBT
-    if not sure and by_all <= enough:
-        if best is model:
-            return None
-        best.learn_from(every.starts, EXACT)
-        if best.evidence <= enough:
+            for one in (best, *others):
+                one.learn_from(every.starts, EXACT)
+        if best.evidence <= max(map(_evidence, others)) - DOUBT:
             return None
     # In noise by far greater than the least error, neither it nor the prior changes.
     if max(compared.own, best.error) < QUIET * ROUGH:
         best.learn(best.about(every.starts), ROUGH)
     best.error = max(best.error, ROUGH)
     # Beside what such an impulse stands for, starts by another model may be wrong.
-    known = len(sounds) <= LOUD and best.prior[0] < PRIORS[0]
-    return best, loud.starts if known else None
+    known = best.prior[0] < PRIORS[0] and (every is not loud or len(sounds) <= LOUD)
+    return best, every.starts if known else None
 
 
 def _most_probable(compared: _Comparison, shared: SharedExponents) -> Model:

@@ -101,7 +101,7 @@ class Model:
         By those of which at most a fraction of `most` is left it learns the misfit.
         """
         begins = np.zeros(len(sounds), np.int64)
-        if starts is None:
+        if starts is None or len(starts.sounds) < len(sounds):
             origin, beyond = self._origins(sounds, guess, begins)
         else:
             origin, beyond = np.full(len(sounds), -1), np.zeros(len(sounds))
