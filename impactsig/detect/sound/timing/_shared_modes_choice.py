@@ -138,13 +138,15 @@ def _most_probable(compared: _Comparison, shared: SharedExponents) -> Model:
     best = _with_others(compared, tried, shared)
     if best.prior[0] < PRIORS[0]:
         return best
+    # Other modes that gain behind none of these filters gain behind no causal one far below them.
+    below = CERTAIN if best.exponents is not first else DOUBT
     frequency, decay = LOW
     low = (2j * np.pi * frequency - 1.0 / decay) / compared.behind.rate
     with_low = compared.learned(np.append(low, best.exponents), best.response, best.evidence)
     best = max(best, with_low, key=_evidence)
     tried = [compared.learned(first, response, best.evidence) for response in causal()]
     tried.sort(key=_evidence, reverse=True)
-    if tried[0].evidence > best.evidence - CERTAIN:
+    if tried[0].evidence > best.evidence - below:
         best = max(best, _with_others(compared, tried, shared), key=_evidence)
     return best
 
