@@ -6,6 +6,7 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,8 @@ class _Comparison:
     loud: Fine
 
     def __post_init__(self) -> None:
-        self.own = self.first.noise / middle(self.loud.energy)  # of a sample, over the energy
+        own = self.first.noise / middle(self.loud.energy)  # of a sample, over the energy
+        self.own = max(own, sys.float_info.min)
 
     def learned(
         self, exponents: np.ndarray, response: np.ndarray, beaten: float = -np.inf
