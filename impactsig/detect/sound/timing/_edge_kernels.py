@@ -46,7 +46,7 @@ def step_modes(exponents, response, taps, first, last):
     reach = (len(response) // PER_SAMPLE + len(taps)) // 2
     begin, end = min(first, -reach), max(last, reach)
     count, skip, wanted = PARTS * (end - begin) + 1, PARTS * (first - begin), PARTS * (last - first)
-    source, rings = both_filters(response, taps, begin, count), np.empty((4, count))
+    source, rings = both_filters(response, taps, begin, count), np.zeros((4, count))
     oscillating = len(exponents)
     for n in range(0, len(exponents), 2):
         pair = exponents[n : n + 2]

@@ -57,11 +57,8 @@ def leave_and_change(sound, place, error, prior, basis, left, change):
     """
     rows, middle, size = basis.modes + 2, len(basis.places) // 2, len(left)
     at = min(max(middle + math.floor(place + 0.5), 1), len(basis.places) - 2)
-    scale, amplitudes, fitted = (
-        1.0 / math.sqrt(product(sound, sound)),
-        np.empty(rows),
-        np.empty(size),
-    )
+    amplitudes, fitted = np.empty(rows), np.empty(size)
+    scale = 1.0 / math.sqrt(product(sound, sound))
     for k in range(size):
         left[k] = scale * sound[k]
     fit_at(left, error, prior, basis, at, amplitudes, fitted)
