@@ -109,13 +109,14 @@ def chosen_model(
                 one.learn_from(every.starts, EXACT)
         if best.evidence <= max(map(_evidence, others)) - DOUBT:
             return None
-    # In noise by far greater than the least error, neither it nor the prior changes.
-    if max(compared.own, best.error) < QUIET * ROUGH:
+    # In noise by far greater than the least error, neither it nor the prior changes; and starts by
+    # the widest filter do, unless the impulse stands for what may change them.
+    noisy = compared.own >= QUIET * ROUGH
+    if not noisy and best.error < QUIET * ROUGH:
         best.learn(best.about(every.starts), ROUGH)
     best.error = max(best.error, ROUGH)
-    # Beside what such an impulse stands for, starts by another model may be wrong.
-    known = best.prior[0] < PRIORS[0] and (every is not loud or len(sounds) <= LOUD)
-    return best, every.starts if known else None
+    all_known = every is not loud or len(sounds) <= LOUD
+    return best, every.starts if noisy and all_known and best.prior[0] < PRIORS[0] else None
 
 
 def _most_probable(compared: _Comparison, shared: SharedExponents) -> Model:
