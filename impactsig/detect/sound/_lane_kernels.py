@@ -105,7 +105,7 @@ def sum_of_squares(values):
 
 @reordered
 def sum_of_products(values, others):
-    """Sum of the products of numbers with as many others."""
+    """Sum of the products of numbers with the others, of which there may be more."""
     total = 0.0
     for i in range(np.uint64(len(values))):
         total += values[i] * others[i]

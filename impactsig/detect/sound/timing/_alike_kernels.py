@@ -22,6 +22,7 @@ ROWS = SHIFTS + 3  # from half a sample early to half a sample late, and one mor
 UNSURE = 1.5  # factor of noise for shifts far from each other, as its colour is uncertain
 TAIL = 0.3  # weight of the power after a wave, less than 1 as successive samples are correlated
 ALIKE = 0.9  # correlation with the waveform
+ANYWHERE = 0.0, np.inf, 0.0, 1.0, 0.0  # of a sound of which nothing is known, for `lay_one`
 STEPS = 3  # of least squares; from within a quarter of a sample two come to 1e-3 samples
 
 
@@ -247,34 +248,6 @@ def mark_alike(laid, out):
     """The same of each sound."""
     for i in range(len(laid)):
         out[i] = is_alike(laid[i])
-
-
-@fused
-def most_alike(sounds, lengths, taps, taper, weight):
-    """Number of the sound to which most are alike, the first of several; -1 if that is to no half.
-
-    A sound is left as soon as it cannot come up to that.
-    """
-    best, most = -1, -(-len(sounds) // 2) - 1
-    anywhere, laid = (0.0, np.inf, 0.0, 1.0, 0.0), np.empty(6)  # where they agree is to be seen
-    shifts = np.empty((ROWS, lengths.size))
-    first = lengths.first - lengths.pad
-    for leader in range(len(sounds)):
-        wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
-        shift_wave(wave, lengths.pad, taps, shifts)
-        weighted, energy, room = weighted_waves(lengths, shifts, taper)
-        count = len(sounds) if energy > 0.0 else 0
-        for i in range(len(sounds)):
-            if count <= most:
-                break
-            if i != leader:
-                lay_one(sounds[i], anywhere, lengths, shifts, weighted, energy, weight, room, laid)
-                count -= not is_alike(laid)
-        if count > most:
-            best, most = leader, count
-        if most == len(sounds):
-            break
-    return best
 
 
 @fused

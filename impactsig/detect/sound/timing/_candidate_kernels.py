@@ -113,9 +113,9 @@ def evidence_of(exponents, response, part, starts, noise, search):
 def start_each(exponents, response, part, reach, sounds, guess, most, noise, prior, error):
     """What is left of sounds at whole samples, in the median, and these about their starts.
 
-    Of more than `most` the loudest where they are guessed to start count.
-    Whole shifts of at most `reach` from the guess of each are tried, the most probable of which
-    puts its start at the origin; `error` is the model's part of s. A fraction is left, beyond the
+    Of more than `most` those count that are the loudest where they are guessed to start. Whole
+    shifts of at most `reach` from the guess of each are tried, the most probable of which puts its
+    start at the origin; `error` is the model's part of s. What is left is the fraction beyond the
     `noise` of a sample, and infinite if there are no sounds.
     """
     size, count = part.lead + part.after, 2 * reach + 1

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from ...signal.order_kernels import centre_of
-from .._lane_kernels import fused, reordered
+from .._lane_kernels import fused, reordered, sum_of_products
 from ._edge_kernels import PARTS
-from ._mode_basis_kernels import Basis, product
+from ._mode_basis_kernels import Basis
 
 __all__ = ["Basis", "misfit"]
 
@@ -43,7 +43,7 @@ def misfit(sounds, found, lead, basis, error, prior, step, most, least):
     for n in range(some):
         for other in range(some):
             if other != n:
-                one = product(change[other], left[n])
+                one = sum_of_products(change[other], left[n])
                 squares[n] += one * one - found[alike[n], 4]
     return centre_of(squares, some) / (some - 1)
 
@@ -58,7 +58,7 @@ def leave_and_change(sound, place, error, prior, basis, left, change):
     rows, middle, size = basis.modes + 2, len(basis.places) // 2, len(left)
     at = min(max(middle + math.floor(place + 0.5), 1), len(basis.places) - 2)
     amplitudes, fitted = np.empty(rows), np.empty(size)
-    scale = 1.0 / math.sqrt(product(sound, sound))
+    scale = 1.0 / math.sqrt(sum_of_products(sound, sound))
     for k in range(size):
         left[k] = scale * sound[k]
     fit_at(left, error, prior, basis, at, amplitudes, fitted)
@@ -72,7 +72,7 @@ def leave_and_change(sound, place, error, prior, basis, left, change):
     fit_at(change, error, prior, basis, at, amplitudes, fitted)
     for k in range(size):
         change[k] -= fitted[k]
-    square = product(change, change)
+    square = sum_of_products(change, change)
     scale = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
     for k in range(size):
         change[k] *= scale
@@ -84,7 +84,7 @@ def fit_at(sound, error, prior, basis, j, amplitudes, out):
     modes, factors, gram = basis.modes, basis.factors[:, :, j], basis.grams[:, j]
     values, begin = basis.columns[basis.places[j] % PARTS], basis.places[j] // PARTS
     for c in range(modes + 2):  # first those of Q and K
-        total = product(sound, values[c, begin:])
+        total = sum_of_products(sound, values[c, begin:])
         for d in range(min(c, modes)):
             total -= factors[c, d] * amplitudes[d]
         amplitudes[c] = total * factors[c, c] if c < modes else total

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._lane_kernels import fused, reordered
+from .._lane_kernels import fused, reordered, sum_of_products
 from ._edge_kernels import LANE, PARTS, SIDE
 
 DEPENDENT = 1e-10  # of the greatest square of a column, up to which what others leave is nothing
@@ -77,7 +77,7 @@ def put_products(columns, places, size, out):
                     row[d] += enter * enters[d] - leave * leaves[d]
             else:
                 for d in range(c + 1):
-                    row[d] = product(values[c, first : first + size], values[d, first:])
+                    row[d] = sum_of_products(values[c, first : first + size], values[d, first:])
             for d in range(c + 1):
                 out[c, d, j] = row[d]
         last[part] = first
@@ -98,15 +98,6 @@ def take_off(factors, others, count, row):
             row[j] -= a[j] * w[j]
 
 
-@reordered
-def product(row, other):
-    """Scalar product of a row with the begin of another."""
-    total = 0.0
-    for k in range(len(row)):
-        total += row[k] * other[k]
-    return total
-
-
 @fused
 def project(sounds, which, first, basis, energy, projections):
     """Energy of some sounds from sample first[i] on, and projections of them over its root.
@@ -121,7 +112,7 @@ def project(sounds, which, first, basis, energy, projections):
         some = min(SIDE, len(which) - at)
         for i in range(some):
             sound = sounds[which[at + i], first[at + i] : first[at + i] + size]
-            energy[at + i] = product(sound, sound)
+            energy[at + i] = sum_of_products(sound, sound)
             scale = 1.0 / math.sqrt(energy[at + i]) if energy[at + i] > 0.0 else 0.0
             for k in range(size):
                 block[i, k] = scale * sound[k]

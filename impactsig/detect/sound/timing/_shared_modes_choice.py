@@ -5,6 +5,7 @@ Sounds are high-passed and start near a guess. See `shared_modes.py` for the met
 
 from __future__ import annotations
 
+import functools
 import math
 import sys
 from dataclasses import dataclass
@@ -80,10 +81,14 @@ def chosen_model(
     if left > most and bare.starts(sounds, guess, LOUD)[0] > most:
         return None
 
+    @functools.cache
+    def left_by_bare() -> float:
+        return bare.left(bare.about(loud.starts))
+
     def leave_more(times: float) -> bool:
         """Whether modes leave too much, without a filter as well."""
         most = times * unlike
-        return model.left(loud) > most and bare.left(bare.about(loud.starts)) > most
+        return model.left(loud) > most and left_by_bare() > most
 
     if leave_more(STRANGERS[1]):
         return None

@@ -1,4 +1,4 @@
-"""Kernels that tell whether sounds are alike, and whether their shifts agree with attacks."""
+"""Kernels that tell which sounds are alike, and whether their shifts agree with attacks."""
 
 from __future__ import annotations
 
@@ -8,10 +8,38 @@ import numpy as np
 
 from ...signal.order_kernels import centre_of
 from .._lane_kernels import fused
-from ._alike_kernels import is_alike, lay_over
+from ._alike_kernels import ANYWHERE, ROWS, is_alike, lay_one, shift_wave, weighted_waves
 
 UNLIKE = 0.05  # of the power of all together that they may leave beyond noise
 SURELY = 3.0  # standard errors: fewer of some agree only if not half of all do
+
+
+@fused
+def most_alike(sounds, lengths, taps, taper, weight):
+    """Number of the sound to which most are alike, the first of several; -1 if that is to no half.
+
+    A sound is left as soon as it cannot come up to that.
+    """
+    best, most = -1, -(-len(sounds) // 2) - 1
+    laid = np.empty(6)
+    shifts = np.empty((ROWS, lengths.size))
+    first = lengths.first - lengths.pad
+    for leader in range(len(sounds)):
+        wave = sounds[leader, first : first + lengths.size + 2 * lengths.pad]
+        shift_wave(wave, lengths.pad, taps, shifts)
+        weighted, energy, room = weighted_waves(lengths, shifts, taper)
+        count = len(sounds) if energy > 0.0 else 0
+        for i in range(len(sounds)):
+            if count <= most:
+                break
+            if i != leader:
+                lay_one(sounds[i], ANYWHERE, lengths, shifts, weighted, energy, weight, room, laid)
+                count -= not is_alike(laid)
+        if count > most:
+            best, most = leader, count
+        if most == len(sounds):
+            break
+    return best
 
 
 @fused
@@ -48,24 +76,17 @@ def lay_if_alike(sounds, expected, lengths, shifts, taper, weight, parts, least,
     """
     count = len(sounds)
     spare, agreeing, known = count - max(least, 0.5 * count), 0, 0
-    own, anywhere = np.empty_like(sounds), np.zeros((count, 2))
-    anywhere[:, 1] = np.inf
+    weighted, energy, room = weighted_waves(lengths, shifts, taper)
     laid, attacks, apart = np.empty((count, 6)), np.empty((count, 2)), np.empty(count)
     for first, stride in parts:
-        some = 0
-        for i in range(first, count, stride):
-            own[some] = sounds[i]
-            some += 1
-        here = own[:some], anywhere[:some], lengths, 0.0, 1.0, 0.0, shifts, taper, weight
-        lay_over(*here, laid[:some])
         alike = 0
-        for k in range(some):
-            i = first + k * stride
-            out[i] = laid[k]
-            if is_alike(laid[k]):
-                laid[alike], attacks[alike] = laid[k], expected[i]
+        for i in range(first, count, stride):
+            lay_one(sounds[i], ANYWHERE, lengths, shifts, weighted, energy, weight, room, out[i])
+            if is_alike(out[i]):
+                laid[alike], attacks[alike] = out[i], expected[i]
                 alike += 1
-        spare -= some - alike
+            else:
+                spare -= 1
         if spare < 0.0:
             return False
         if alike:

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._alike_kernels import SHIFTS, lay_over, mark_alike, most_alike, shift_taps
+from ._alike_kernels import SHIFTS, lay_over, mark_alike, shift_taps
 from ._filter_kernels import TAPS
-from ._waveform_kernels import lay_if_alike
+from ._waveform_kernels import lay_if_alike, most_alike
 
 REACH = 0.25e-3  # [s], by which the attack of a clear sound may be off
 FAR = 2.4e-3  # [s], of one in noise or behind a filter that rings before it
